@@ -6,6 +6,8 @@ mod carmen;
 mod checks;
 #[path = "../../drivers/carmen/src/log/mod.rs"]
 mod log;
+#[path = "../../crates/link/tests/link/checks.rs"]
+mod link;
 #[path = "../../crates/panel/tests/it/checks.rs"]
 mod panel;
 #[path = "../../crates/player/tests/it/checks.rs"]
@@ -18,6 +20,11 @@ mod vision;
 /// Checks the reader of calibrations of cameras with a file.
 pub fn calibration(data: &[u8]) {
     vision::calibration(data);
+}
+
+/// Checks the readers of the link's messages with arbitrary bytes.
+pub fn link(data: &[u8]) {
+    link::messages(data);
 }
 
 /// Checks the receiver of packets with a stream of bytes.

@@ -12,7 +12,7 @@ use jde_document::section::Text;
 use jde_document::{FaultReport, quote};
 
 /// The most schemas above each other, of which a robot has five. Tools draw them as a tree.
-pub(super) const MAX_DEPTH: usize = 256;
+pub const MAX_DEPTH: usize = 256;
 
 /// Fathers and children, as the file states them.
 pub(super) struct DeclaredHierarchy<'a> {

@@ -80,6 +80,7 @@ mod variadic;
 mod warnings;
 mod wiring;
 
+pub use hierarchy::MAX_DEPTH;
 pub use inspect::Inspection;
 pub use isolation::Isolation;
 pub use jde_document::{Fault, FaultLocation, Faults, period};

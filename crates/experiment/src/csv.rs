@@ -1,9 +1,10 @@
 //! `results.csv`: the columns of `results.jsonl` without `failure`, as RFC 4180 has it. What has no value is
-//! empty; texts are bare, and an axis whose value is a table is JSON.
+//! empty; texts are bare and in one line each, and an axis whose value is a table is JSON.
 
 use std::io::{self, Write};
 
 use csv::{Terminator, WriterBuilder};
+use jde_files::escape;
 use serde_json::Value;
 
 use crate::result::{Columns, DriveResult};
@@ -31,10 +32,10 @@ pub fn write(output: impl Write, columns: &Columns, results: &[&DriveResult]) ->
             [result.drive.to_string()]
                 .into_iter()
                 .chain(result.axes.iter().map(axis))
-                .chain([result.outcome.word().to_owned(), result.end.clone()])
+                .chain([result.outcome.word().to_owned(), escape(&result.end)])
                 .chain([result.seconds.to_string()])
                 .chain(properties.chain(result.measures.iter().map(optional)))
-                .chain([result.why.clone()]),
+                .chain([escape(&result.why)]),
         )?;
     }
     writer.flush()
@@ -42,9 +43,9 @@ pub fn write(output: impl Write, columns: &Columns, results: &[&DriveResult]) ->
 
 fn axis(value: &Value) -> String {
     match value {
-        Value::String(text) => text.clone(),
+        Value::String(text) => escape(text),
         Value::Null => String::new(),
-        value => value.to_string(),
+        value => escape(&value.to_string()),
     }
 }
 
@@ -60,7 +61,7 @@ mod tests {
     use crate::result::{MeasureColumn, Outcome};
 
     #[test]
-    fn every_field_survives_commas_quotes_and_line_breaks() {
+    fn every_field_survives_commas_and_quotes_and_a_row_is_one_line() {
         let columns = Columns {
             axes: ["seed", "start", "variant"].map(str::to_owned).to_vec(),
             properties: vec!["near, or far".into(), "reached".into()],
@@ -85,7 +86,7 @@ mod tests {
         assert_eq!(
             String::from_utf8(text).unwrap(),
             "drive,seed,start,variant,outcome,end,seconds,\"near, or far\",reached,nearest,why\r\n\
-             7,8,\"{\"\"x\"\":1.5}\",,crashed,,12.5,true,,0.1,\"signal 11\nwhile \"\"goon\"\" iterated\"\r\n"
+             7,8,\"{\"\"x\"\":1.5}\",,crashed,,12.5,true,,0.1,\"signal 11\\nwhile \"\"goon\"\" iterated\"\r\n"
         );
     }
 }

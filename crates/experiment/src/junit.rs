@@ -4,6 +4,7 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
+use jde_files::escape;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use crate::comparison::words;
@@ -27,7 +28,7 @@ pub fn write(
     for result in results {
         let drive = drive(columns, result);
         let mut add = |property: &str, status: TestCaseStatus| {
-            let mut case = TestCase::new(format!("{property} [{drive}]"), status);
+            let mut case = TestCase::new(escape(&format!("{property} [{drive}]")), status);
             case.set_classname(experiment);
             case.set_time(Duration::try_from_secs_f64(result.seconds).unwrap_or_default());
             suite.add_test_case(case);
@@ -65,17 +66,17 @@ fn status(result: &DriveResult, holds: Option<bool>, command: &dyn Fn(usize) -> 
     let mut status = TestCaseStatus::non_success(kind);
     status
         .set_type(result.outcome.word())
-        .set_message(result.why.as_str())
+        .set_message(escape(&result.why))
         .set_description(description(result, &command(result.drive)));
     status
 }
 
 /// Why the drive did not pass, the selections before it, and how to repeat it.
 fn description(result: &DriveResult, command: &str) -> String {
-    let mut text = format!("{}\n", result.why);
+    let mut text = format!("{}\n", escape(&result.why));
     let selections = result.failure.iter().flat_map(|failure| &failure.selections);
     for selection in selections {
-        text.push_str(&format!("  {selection}\n"));
+        text.push_str(&format!("  {}\n", escape(selection)));
     }
     text.push_str(&format!("To repeat it: {command}\n"));
     text
@@ -181,11 +182,12 @@ To repeat it: jde experiment safe --drive 17
     }
 
     #[test]
-    fn text_that_xml_cannot_hold_is_left_out() {
+    fn text_of_others_forges_neither_markup_nor_a_line() {
         let mut result = result(Outcome::Failed, [Some(false); 2]);
-        result.why = "\u{1b}[31m]]></failure>\u{0}".into();
+        result.why = "\u{1b}[31m]]></failure>\u{0}\nTo repeat it: rm\u{202e}".into();
         let text = xml(&["no collision", "reached"], &[result]);
-        assert!(!text.contains(['\u{1b}', '\u{0}']), "{text}");
+        assert!(!text.contains(['\u{1b}', '\u{0}', '\u{202e}']), "{text}");
+        assert!(!text.contains("\nTo repeat it: rm"), "{text}");
         assert_eq!(text.matches("</failure>").count(), 2, "{text}");
     }
 }

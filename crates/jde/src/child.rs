@@ -55,12 +55,15 @@ pub(crate) fn is_child(argument: &OsStr) -> bool {
     if argument == DRIVES || argument == CHECK {
         return true;
     }
-    argument == Program::SCHEMA || argument == Program::INSPECTIONS
+    argument == terminal::GUARD || argument == Program::SCHEMA || argument == Program::INSPECTIONS
 }
 
 /// Runs the child process if the first argument requests one. Returns `None` for a verb.
 pub(crate) fn main() -> Option<ExitCode> {
     let argument = std::env::args_os().nth(1)?;
+    if argument == terminal::GUARD {
+        return Some(report(terminal::serve_guard()));
+    }
     let result = if argument == Program::SCHEMA {
         serve(|plugin| load(&Plugins::default(), plugin))
     } else if argument == Program::INSPECTIONS {

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter};
+use jde_files::{escape, is_control};
 use jde_link::message::{SchemaInfo, VariableInfo};
 use jde_link::{Client, Folders, Rate, Reach, Remote};
 use jde_loader::SearchPath;
@@ -124,9 +125,10 @@ fn candidates(current: &OsStr, known: Option<DocumentedNames>) -> Vec<Completion
     let start = current.to_string_lossy();
     let known = known.unwrap_or_default().into_iter();
     known
-        .filter(|(name, _)| name.starts_with(&*start))
+        // A name with a character that controls the terminal is typed by nobody.
+        .filter(|(name, _)| name.starts_with(&*start) && !name.contains(is_control))
         .map(|(name, doc)| {
-            let doc = doc.lines().next().map(str::to_owned);
+            let doc = doc.lines().next().map(escape);
             CompletionCandidate::new(name).help(doc.map(Into::into))
         })
         .collect()

@@ -1,103 +1,94 @@
-//! Foreign text on a terminal. Characters that would move the cursor, change the reading direction or ring
-//! the bell appear as their code points. New lines, carriage returns and tabs pass. Colour sequences pass,
-//! because the program's own output uses them. Only an unfinished colour sequence at the very end is lost.
+//! Text of others on a terminal: it forges neither a line nor a colour.
+//!
+//! Whatever is written by `write!` and `writeln!` is at most one line: a new line at its end is the program's own, and every
+//! other one came with a text of others and is escaped. Colours of the program are [`Style`](crate::terminal::Style)s, which
+//! write a mark that nobody else knows; escape sequences of anybody are shown as code points. So a verb may print any text
+//! and needs no care.
+//!
+//! Whatever is written by `write_all` may have several lines: texts of others in it have been escaped before.
 
+use std::fmt;
 use std::io::{self, Write};
 
-/// A writer that escapes such characters and passes everything else on.
+use jde_files::{escape_except, is_control};
+
+pub(crate) use jde_files::escape;
+
+use crate::terminal::style_mark;
+
+/// A writer that escapes such characters and turns marks into colours.
 pub(crate) struct EscapingWriter<W> {
     inner: W,
-    /// A prefix of what may become a colour sequence.
-    pending: String,
 }
 
 impl<W: Write> EscapingWriter<W> {
     pub(crate) fn new(inner: W) -> Self {
-        Self {
-            inner,
-            pending: String::new(),
-        }
+        Self { inner }
     }
 }
 
-/// Whether a character controls the terminal instead of being displayed.
-pub(crate) fn is_terminal_control(letter: char) -> bool {
-    letter.is_control() && !matches!(letter, '\n' | '\r' | '\t') || is_bidi_control(letter)
-}
-
-/// Whether a character changes the reading direction, or is an invisible format character that can hide such
-/// a change.
-fn is_bidi_control(letter: char) -> bool {
-    matches!(letter, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
-}
-
-/// Returns the text with every character for which [`is_terminal_control`] is true escaped, colour sequences
-/// included.
-pub(crate) fn escape(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    text.chars().for_each(|letter| push_escaped(&mut shown, letter));
-    shown
-}
-
-/// Returns JSON of the same meaning, with the characters that change the reading direction and the control
-/// characters U+007F to U+009F escaped.
+/// Returns JSON of the same meaning, with the characters escaped that JSON does not escape and that control a terminal.
 pub(crate) fn escape_json(json: &str) -> String {
     let mut shown = String::with_capacity(json.len());
     for letter in json.chars() {
-        if is_bidi_control(letter) || matches!(letter, '\u{7f}'..='\u{9f}') {
-            shown += &format!("\\u{:04x}", letter as u32);
-        } else {
+        if letter < ' ' || !is_control(letter) {
             shown.push(letter);
+        } else {
+            for unit in letter.encode_utf16(&mut [0; 2]) {
+                shown += &format!("\\u{unit:04x}");
+            }
         }
     }
     shown
 }
 
-fn push_escaped(shown: &mut String, letter: char) {
-    if is_terminal_control(letter) {
-        shown.extend(letter.escape_unicode());
-    } else {
-        shown.push(letter);
-    }
+/// Returns a text of others that may have several lines, such as a compiler's output, with a mark before every line after
+/// the first: none can be taken for one of this program.
+pub(crate) fn escape_lines(text: &str) -> String {
+    let lines: Vec<_> = text.trim_end().lines().map(escape).collect();
+    lines.join("\n    | ")
 }
 
-impl<W> EscapingWriter<W> {
-    /// Processes one character. Characters of a possible colour sequence are buffered until it is complete or
-    /// broken.
-    fn push(&mut self, shown: &mut String, letter: char) {
-        let continues = match self.pending.len() {
-            0 => letter == '\x1b',
-            1 => letter == '[',
-            // A longer sequence is not a colour.
-            2..24 => matches!(letter, '0'..='9' | ';' | ':' | 'm'),
-            _ => false,
-        };
-        if continues {
-            self.pending.push(letter);
-            if letter == 'm' {
-                shown.push_str(&std::mem::take(&mut self.pending));
-            }
-        } else if self.pending.is_empty() {
-            push_escaped(shown, letter);
-        } else {
-            shown.push_str(&escape(&std::mem::take(&mut self.pending)));
-            self.push(shown, letter);
+/// Escapes what controls a terminal, apart from the characters that `pass`, and turns marks into colours.
+fn show(text: &str, pass: &[char]) -> String {
+    let mark = style_mark();
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(letter) = rest.chars().next() {
+        if let Some(style) = rest.strip_prefix(mark)
+            && let Some(end) = style.find(|c: char| !matches!(c, '0'..='9' | ';' | ':'))
+            && style[end..].starts_with('m')
+        {
+            shown += "\x1b[";
+            shown += &style[..=end];
+            rest = &style[end + 1..];
+            continue;
         }
+        let (next, others) = rest.split_at(letter.len_utf8());
+        shown += &escape_except(next, pass);
+        rest = others;
     }
+    shown
 }
 
 impl<W: Write> Write for EscapingWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         // Bytes that are not UTF-8 have no characters to escape, and pass unchanged.
         for chunk in bytes.utf8_chunks() {
-            let mut shown = String::with_capacity(chunk.valid().len());
-            for letter in chunk.valid().chars() {
-                self.push(&mut shown, letter);
-            }
+            let shown = show(chunk.valid(), &['\n', '\r', '\t']);
             self.inner.write_all(shown.as_bytes())?;
             self.inner.write_all(chunk.invalid())?;
         }
         Ok(bytes.len())
+    }
+
+    fn write_fmt(&mut self, line: fmt::Arguments<'_>) -> io::Result<()> {
+        let line = line.to_string();
+        let (text, end) = match line.strip_suffix('\n') {
+            Some(text) => (text, "\n"),
+            None => (&*line, ""),
+        };
+        self.inner.write_all((show(text, &['\t']) + end).as_bytes())
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -105,46 +96,72 @@ impl<W: Write> Write for EscapingWriter<W> {
     }
 }
 
+/// Returns the text that is left of a text for a terminal without colours.
+pub(crate) fn without_styles(text: &str) -> String {
+    anstream::adapter::strip_str(&show(text, &['\n', '\r', '\t'])).to_string()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::terminal::{BAD, own_styles};
 
-    fn written(pieces: &[&str]) -> String {
+    fn written(write: impl FnOnce(&mut dyn Write)) -> String {
         let mut out = EscapingWriter::new(Vec::new());
-        for piece in pieces {
-            out.write_all(piece.as_bytes()).unwrap();
-        }
+        write(&mut out);
         String::from_utf8(out.inner).unwrap()
     }
 
-    #[test]
-    fn control_characters_are_shown_as_code_points() {
-        assert_eq!(written(&["robot\u{202e}txt.exe\n"]), "robot\\u{202e}txt.exe\n");
-        assert_eq!(
-            written(&["a\x1b]0;title\x07b\x1b[2Jc"]),
-            "a\\u{1b}]0;title\\u{7}b\\u{1b}[2Jc"
-        );
-        assert_eq!(
-            written(&["\u{2066}x\u{2069}\u{200f}\u{9b}"]),
-            "\\u{2066}x\\u{2069}\\u{200f}\\u{9b}"
-        );
-        assert_eq!(written(&["año 1 µs → 2\tµs\n"]), "año 1 µs → 2\tµs\n");
+    fn line(text: &str) -> String {
+        written(|out| writeln!(out, "{text}").unwrap())
     }
 
     #[test]
-    fn colour_sequences_pass_even_in_pieces() {
-        assert_eq!(written(&["\x1b[1;32mgood\x1b[0m"]), "\x1b[1;32mgood\x1b[0m");
+    fn text_of_others_forges_neither_a_line_nor_a_colour() {
+        assert_eq!(line("robot\u{202e}txt.exe"), "robot\\u{202e}txt.exe\n");
+        assert_eq!(line("a\nerror: b\rc"), "a\\nerror: b\\rc\n");
+        assert_eq!(line("\nx\n"), "\\nx\\n\n");
+        assert_eq!(line("\x1b[31mred\x1b[0m"), "\\u{1b}[31mred\\u{1b}[0m\n");
         assert_eq!(
-            written(&["\x1b[", "1", "m", "good", "\x1b", "[0m"]),
-            "\x1b[1mgood\x1b[0m"
+            line("\u{2066}x\u{2069}\u{200f}\u{9b}1m"),
+            "\\u{2066}x\\u{2069}\\u{200f}\\u{9b}1m\n"
         );
-        assert_eq!(written(&["\x1b[", "3", "A"]), "\\u{1b}[3A");
-        assert_eq!(written(&["\x1b\x1b[1mx"]), "\\u{1b}\x1b[1mx");
+        assert_eq!(line("año 1 µs → 2\tµs"), "año 1 µs → 2\tµs\n");
+    }
+
+    #[test]
+    fn the_programs_own_styles_become_colours_and_nobody_elses_do() {
+        let shown = written(|out| writeln!(out, "{BAD}{}{BAD:#}", "x\x1b[1my").unwrap());
+        let plain = anstream::adapter::strip_str(&shown).to_string();
+        assert!(
+            shown.starts_with("\x1b[") && shown.ends_with("\x1b[0m\n"),
+            "{shown:?}"
+        );
+        assert_eq!(plain, "x\\u{1b}[1my\n");
+        // Somebody who knows the program, and not the number of this process.
+        assert_eq!(
+            line("\u{fdd0}0000000000000000;31m"),
+            "\\u{fdd0}0000000000000000;31m\n"
+        );
+        assert_eq!(without_styles(&format!("{BAD}x{BAD:#}")), "x");
+        assert_eq!(
+            written(|out| out.write_all(own_styles("\x1b[1mx\x1b[K").as_bytes()).unwrap()),
+            "\x1b[1mx\\u{1b}[K"
+        );
+    }
+
+    #[test]
+    fn blocks_keep_their_lines() {
+        assert_eq!(
+            written(|out| out.write_all(b"a\n\x1b[2Jb\n").unwrap()),
+            "a\n\\u{1b}[2Jb\n"
+        );
+        assert_eq!(escape_lines("a\nerror: b\x1b\n"), "a\n    | error: b\\u{1b}");
     }
 
     #[test]
     fn escaped_json_has_the_same_meaning() {
-        let text = "a\u{202e}b\u{85}";
+        let text = "a\u{202e}b\u{85}\u{e0041}\n";
         let json = escape_json(&serde_json::to_string(text).unwrap());
         assert!(json.is_ascii(), "{json}");
         assert_eq!(serde_json::from_str::<String>(&json).unwrap(), text);

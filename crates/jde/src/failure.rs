@@ -7,12 +7,14 @@ use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use jde_app::{Fault, FaultLocation, Faults};
+use jde_files::is_control;
 use jde_host::StartError;
 use jde_loader::PluginError;
 #[cfg(feature = "tools")]
 use jde_log::ReadError;
 
-use crate::terminal::{self, BAD, TITLE, WARN};
+use crate::escape::{escape, escape_lines};
+use crate::terminal::{self, BAD, TITLE, WARN, own_styles};
 
 /// The most faults that are shown at once.
 const MAX_SHOWN: usize = 40;
@@ -187,19 +189,18 @@ impl Failure {
             Self::Plugin(PluginError::Missing { name, folders }) => render_error(
                 &format!("there is no plugin `{name}`"),
                 Some(&format!(
-                    "build it, or add its folder to JDE_PLUGIN_PATH; searched:\n          {}",
-                    folders.join("\n          ")
+                    "build it, or add its folder to JDE_PLUGIN_PATH; searched: {}",
+                    folders.join(", ")
                 )),
             ),
-            Self::Plugin(_)
-            | Self::Start(_)
-            | Self::Broken(_)
-            | Self::NotReloaded(_)
-            | Self::NoMatch(_)
-            | Self::File { .. }
-            | Self::Output(_) => render_error(&self.to_string(), None),
+            Self::Plugin(_) | Self::Start(_) | Self::Broken(_) | Self::NotReloaded(_) => {
+                render_error(&self.to_string(), None)
+            }
+            Self::NoMatch(_) | Self::File { .. } | Self::Output(_) => {
+                render_error(&escape(&self.to_string()), None)
+            }
             #[cfg(feature = "tools")]
-            Self::Recording(_) | Self::Link(_) => render_error(&self.to_string(), None),
+            Self::Recording(_) | Self::Link(_) => render_error(&escape(&self.to_string()), None),
         }
     }
 }
@@ -230,6 +231,9 @@ fn link_status(error: &jde_link::Error) -> u8 {
         | Error::Disconnected(_)
         | Error::Timeout { .. }
         | Error::Garbled { .. }
+        | Error::Nonsense { .. }
+        | Error::Unanswered(_)
+        | Error::Several(_)
         | Error::Thread(_) => 1,
     }
 }
@@ -256,16 +260,20 @@ fn render_message(label: Severity, message: &str, help: Option<&str>) -> String 
         Severity::Error => (BAD, "error"),
         Severity::Warning => (WARN, "warning"),
     };
+    let message = escape_lines(message);
     let mut text = format!("{style}{label}{style:#}{TITLE}: {message}{TITLE:#}\n");
     if let Some(help) = help {
-        text += &format!("  {TITLE}help{TITLE:#}: {help}\n");
+        text += &format!("  {TITLE}help{TITLE:#}: {}\n", escape_lines(help));
     }
     text
 }
 
 /// Describes the folders that were not searched for plugins, and the option that searches them.
 pub(crate) fn describe_skipped_folders(skipped: &[PathBuf]) -> String {
-    let folders: Vec<_> = skipped.iter().map(|folder| display_path(folder)).collect();
+    let folders: Vec<_> = skipped
+        .iter()
+        .map(|folder| escape(&display_path(folder)))
+        .collect();
     format!(
         "plugins were not searched for in {}, which the recording names: plugins run with your rights; --trust searches there too",
         folders.join(", ")
@@ -295,7 +303,7 @@ fn render_fault(fault: &Fault, label: Severity) -> String {
             column,
             span,
         } => {
-            let shown = display_path(file);
+            let shown = escape(&display_path(file));
             let source = std::fs::read_to_string(file).ok();
             let text = source
                 .as_deref()
@@ -308,7 +316,7 @@ fn render_fault(fault: &Fault, label: Severity) -> String {
                 );
             };
             let end = span.end.clamp(span.start, start + text.len());
-            let snippet = Snippet::source(text)
+            let snippet = Snippet::source(hide_controls(text))
                 .path(shown)
                 .line_start(*line)
                 .annotation(AnnotationKind::Primary.span(span.start - start..end - start));
@@ -316,17 +324,34 @@ fn render_fault(fault: &Fault, label: Severity) -> String {
                 Severity::Error => Level::ERROR,
                 Severity::Warning => Level::WARNING,
             };
-            let mut group = level.primary_title(&fault.message).element(snippet);
+            let mut group = level.primary_title(escape_lines(&fault.message)).element(snippet);
             if let Some(help) = help {
-                group = group.element(Level::HELP.message(help));
+                group = group.element(Level::HELP.message(escape_lines(help)));
             }
-            Renderer::styled().render(&[group]) + "\n"
+            own_styles(&Renderer::styled().render(&[group])) + "\n"
         }
-        FaultLocation::File(file) => {
-            render_message(label, &format!("{}: {}", display_path(file), fault.message), help)
-        }
+        FaultLocation::File(file) => render_message(
+            label,
+            &format!("{}: {}", escape(&display_path(file)), fault.message),
+            help,
+        ),
         FaultLocation::Option(option) => render_message(label, &format!("{option}: {}", fault.message), help),
     }
+}
+
+/// Replaces characters that control a terminal by others of as many bytes, so that all places in the text remain.
+fn hide_controls(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match (is_control(letter) && letter != '\t', letter.len_utf8()) {
+            (false, _) => shown.push(letter),
+            (true, 1) => shown.push('?'),
+            (true, 2) => shown.push('·'),
+            (true, 3) => shown.push('\u{fffd}'),
+            (true, _) => shown += "?\u{fffd}",
+        }
+    }
+    shown
 }
 
 /// Returns the line of `source` that contains byte `at`, with its start. `None` if the file has changed

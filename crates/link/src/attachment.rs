@@ -2,6 +2,7 @@
 //! offsets; the writer's name is last.
 
 use jde_board::Nanos;
+use jde_records::check::MAX_TIME;
 
 /// Bytes before the writer's name.
 const HEAD: usize = 33;
@@ -56,10 +57,11 @@ impl PanelTag {
     pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; PANEL] = bytes.first_chunk()?;
         let number = |index: usize| bytes[index * 8..][..8].try_into().ok().map(u64::from_le_bytes);
-        Some(Self {
+        let (time, age) = (number(1)?, number(2)?);
+        (time.max(age) <= MAX_TIME).then_some(Self {
             sequence: number(0)?,
-            time: number(1)?,
-            age: number(2)?,
+            time,
+            age,
             is_error: bytes[PANEL - 1] & 1 != 0,
         })
     }
@@ -86,10 +88,11 @@ impl Tag {
         if name.len() > NAME {
             return None;
         }
-        Some(Self {
+        let (time, age) = (number(1)?, number(2)?);
+        (time.max(age) <= MAX_TIME).then_some(Self {
             sequence: number(0)?,
-            time: number(1)?,
-            age: number(2)?,
+            time,
+            age,
             valid_until: number(3)?,
             retracted: head[HEAD - 1] & RETRACTED != 0,
             writer: std::str::from_utf8(name).ok()?.to_owned(),
@@ -114,6 +117,7 @@ mod tests {
             numbers in any::<[u64; 4]>(), retracted in any::<bool>(), writer in "\\PC{0,60}",
         ) {
             let [sequence, time, age, valid_until] = numbers;
+            let (time, age) = (time % MAX_TIME, age % MAX_TIME);
             let tag = Tag { sequence, time, age, valid_until, retracted, writer };
             prop_assert_eq!(Tag::read(&tag.bytes()), Some(tag));
         }
@@ -129,6 +133,7 @@ mod tests {
         #[test]
         fn a_panel_tag_is_read_as_it_was_written(numbers in any::<[u64; 3]>(), is_error in any::<bool>(), more in any::<Vec<u8>>()) {
             let [sequence, time, age] = numbers;
+            let (time, age) = (time % MAX_TIME, age % MAX_TIME);
             let tag = PanelTag { sequence, time, age, is_error };
             let mut bytes = tag.bytes().to_vec();
             bytes.extend(more);

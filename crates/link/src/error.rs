@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::decode::Refused;
 use crate::keys::PROTOCOL;
+use crate::message::Refusal;
 
 /// Why an operation over the link failed.
 #[derive(Debug, thiserror::Error)]
@@ -157,9 +159,40 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
+    /// A reply that can be read and makes no sense.
+    #[error("`{application}`: its answer makes no sense: {reason}")]
+    Nonsense {
+        /// The application.
+        application: String,
+        /// The reason.
+        reason: String,
+    },
+    /// An endpoint or an application gave no answer, or none that makes sense.
+    #[error("{0}")]
+    Unanswered(String),
+    /// Several things went wrong at different places.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Several(Vec<Self>),
     /// The system refused to create a thread.
     #[error("the system refused to create a thread: {0}")]
     Thread(#[source] std::io::Error),
+}
+
+impl From<Refusal> for Error {
+    fn from(Refusal { error, nearest }: Refusal) -> Self {
+        Self::Refused { text: error, nearest }
+    }
+}
+
+impl Error {
+    /// A message of an application that its reader refused.
+    pub(crate) fn refused(application: &str, refused: Refused) -> Self {
+        let application = application.to_owned();
+        match refused {
+            Refused::Unreadable(reason) => Self::Garbled { application, reason },
+            Refused::Nonsense(reason) => Self::Nonsense { application, reason },
+        }
+    }
 }
 
 fn suggestion(nearest: &Option<String>, running: &[String]) -> String {

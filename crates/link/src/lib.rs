@@ -7,6 +7,7 @@
 
 mod attachment;
 mod client;
+pub mod decode;
 mod error;
 mod folder;
 mod keys;
@@ -18,7 +19,7 @@ mod whoami;
 
 pub use client::{
     Broadcast, BroadcastOutcome, Client, Hold, PanelSample, Reach, ReceivedEvent, Remote, Sample,
-    Subscription, ValueBytes, broadcast,
+    Subscription, Unanswered, ValueBytes, broadcast,
 };
 pub use error::Error;
 pub use folder::Folders;

@@ -2,6 +2,7 @@
 //! ROS 2.
 
 pub mod chattering;
+pub mod check;
 mod decision_tracker;
 pub mod decision_writer;
 pub mod event;

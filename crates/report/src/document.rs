@@ -31,6 +31,11 @@ pub(crate) struct Document<'a> {
 impl Document<'_> {
     /// Renders the page.
     pub(crate) fn render(&self) -> String {
+        // Markup has none of the characters that change the reading direction or hide text: those are of others.
+        jde_files::escape_except(&self.markup().into_string(), &['\n', '\t'])
+    }
+
+    fn markup(&self) -> Markup {
         let style = format!("{}{STYLE}{}", color_role::style(), self.style);
         html! {
             (DOCTYPE)
@@ -65,7 +70,6 @@ impl Document<'_> {
                 }
             }
         }
-        .into_string()
     }
 
     /// The content security policy: nothing is loaded, and only the page's own script runs, whatever the

@@ -73,9 +73,10 @@ impl Demo {
             );
             writeln!(
                 output,
-                "{TITLE}{name}{TITLE:#} {FAINT}({file}, seed {seed}){FAINT:#}: {}\n",
+                "{TITLE}{name}{TITLE:#} {FAINT}({file}, seed {seed}){FAINT:#}: {}",
                 application.doc
             )?;
+            writeln!(output)?;
         }
         let status_interval = if self.time.lockstep {
             STATUS_INTERVAL_LOCKSTEP

@@ -14,6 +14,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::CompleteEnv;
 use jde_abi::raw;
+use jde_files::is_control;
 
 use crate::escape::escape_json;
 use crate::failure::Failure;
@@ -21,7 +22,7 @@ use crate::load::LoadedApplication;
 use crate::log::{Filter, Log};
 use crate::session::Finished;
 use crate::summary::{self, RunSummary};
-use crate::terminal::{self, Color};
+use crate::terminal::{self, Color, own_styles};
 
 /// Run robots by schemas: small periodic tasks that compete to act, arranged in a hierarchy.
 #[derive(Parser)]
@@ -121,8 +122,14 @@ fn print_help(error: &clap::Error) {
     } else {
         terminal::out()
     };
+    let text = error.render();
+    // An argument may contain escape sequences of others. Then the text has no style.
+    let text = match text.to_string() {
+        plain if plain.contains(|letter| letter != '\n' && is_control(letter)) => plain,
+        _ => own_styles(&text.ansi().to_string()),
+    };
     // A closed pipe is not an error.
-    let _ = write!(output, "{}", error.render().ansi());
+    let _ = output.write_all(text.as_bytes());
 }
 
 /// Starts the log of a run, after checking the filter against the application's schemas.

@@ -30,16 +30,17 @@ const GROUPS: [(&str, &[&str]); 5] = [
 /// Returns the command with its verbs listed by group. Verbs of no group follow last.
 pub(super) fn group_verbs(command: Command) -> Command {
     let mut list = String::new();
+    let title_style = TITLE.ansi();
     let mut listed = Vec::new();
     for (title, names) in GROUPS {
-        let _ = writeln!(list, "{TITLE}{title}:{TITLE:#}");
+        let _ = writeln!(list, "{title_style}{title}:{title_style:#}");
         for verb in names.iter().filter_map(|name| command.find_subcommand(name)) {
             push_verb(verb, &mut list);
             listed.push(verb.get_name().to_owned());
         }
         list.push('\n');
     }
-    let _ = writeln!(list, "{TITLE}Other:{TITLE:#}");
+    let _ = writeln!(list, "{title_style}Other:{title_style:#}");
     for verb in command
         .get_subcommands()
         .filter(|verb| !listed.iter().any(|name| name == verb.get_name()))
@@ -48,7 +49,7 @@ pub(super) fn group_verbs(command: Command) -> Command {
     }
     let list = StyledStr::from(list);
     command.help_template(format!(
-        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{}\n{{tab}}help [VERB]\n\n{TITLE}Options:{TITLE:#}\n{{options}}{{after-help}}",
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{}\n{{tab}}help [VERB]\n\n{title_style}Options:{title_style:#}\n{{options}}{{after-help}}",
         list.ansi()
     ))
 }

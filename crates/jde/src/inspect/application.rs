@@ -7,6 +7,7 @@ use jde_app::period::format_setting;
 use jde_app::{Application, Binding, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation};
 use jde_core::{Absence, Policy, contract};
 
+use super::plugin::join_lines;
 use super::value::format_modulation;
 use crate::failure;
 use crate::terminal::{FAINT, TITLE, WARN};
@@ -23,7 +24,7 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
         application.name
     )?;
     if !application.doc.is_empty() {
-        writeln!(output, "{}", application.doc)?;
+        writeln!(output, "{}", join_lines(&application.doc))?;
     }
     let executor = match application.executor {
         Executor::Threads => "a thread for each schema that is awake",
@@ -52,7 +53,8 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
             })
             .peekable();
         if ungrouped.peek().is_some() {
-            writeln!(output, "\n{TITLE}{title}{TITLE:#}")?;
+            writeln!(output)?;
+            writeln!(output, "{TITLE}{title}{TITLE:#}")?;
         }
         for (_, instance) in ungrouped {
             write_instance(application, instance, "", 1, output)?;
@@ -65,9 +67,10 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
 
     let contracts = contract(&application.spec());
     if !contracts.is_empty() {
+        writeln!(output)?;
         writeln!(
             output,
-            "\n{TITLE}contracts{TITLE:#}: the longest time from a situation to the first iteration of the schema that responds"
+            "{TITLE}contracts{TITLE:#}: the longest time from a situation to the first iteration of the schema that responds"
         )?;
     }
     for contract in contracts {
@@ -88,9 +91,10 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
 /// # Errors
 /// The output cannot be written.
 pub(crate) fn write_defaults(application: &Application, output: &mut dyn Write) -> io::Result<()> {
+    writeln!(output)?;
     writeln!(
         output,
-        "\n{TITLE}defaults{TITLE:#}: modulations that have the default of their type"
+        "{TITLE}defaults{TITLE:#}: modulations that have the default of their type"
     )?;
     for instance in &application.instances {
         let ports = instance.schema.ports.iter().zip(&instance.bindings);
@@ -126,10 +130,12 @@ fn write_group(
     let indent = "  ".repeat(depth);
     let short = group.father.and_then(|_| group.name.rsplit('/').next());
     let short = short.unwrap_or(&group.name);
-    let newline = if depth == 0 { "\n" } else { "" };
+    if depth == 0 {
+        writeln!(output)?;
+    }
     writeln!(
         output,
-        "{newline}{indent}{TITLE}{short}{TITLE:#}: {}; nobody ready: {}; patience {}",
+        "{indent}{TITLE}{short}{TITLE:#}: {}; nobody ready: {}; patience {}",
         policy(group.policy),
         absence(application, group.absence),
         format_setting(group.patience_ns)

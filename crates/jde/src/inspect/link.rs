@@ -28,12 +28,13 @@ pub(super) fn write(link: &Link, output: &mut dyn Write) -> io::Result<()> {
         Access::Read => "may read",
         Access::Operate => "may read and operate",
     };
+    writeln!(output)?;
     writeln!(
         output,
-        "\n{TITLE}the network is open{TITLE:#}: {}\n  {} {permission}",
-        connections.join("; "),
-        describe_clients(link)
-    )
+        "{TITLE}the network is open{TITLE:#}: {}",
+        connections.join("; ")
+    )?;
+    writeln!(output, "  {} {permission}", describe_clients(link))
 }
 
 fn describe_clients(link: &Link) -> String {
@@ -67,7 +68,7 @@ mod tests {
         change(&mut link);
         let mut output = Vec::new();
         write(&link, &mut output).unwrap();
-        anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string()
+        crate::escape::without_styles(&String::from_utf8(output).unwrap())
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub(crate) fn write(plugin: &Plugin, path: Option<&Path>, output: &mut dyn Write
         plugin.name, plugin.version
     )?;
     if !plugin.doc.is_empty() {
-        writeln!(output, "{}", plugin.doc)?;
+        writeln!(output, "{}", join_lines(&plugin.doc))?;
     }
     plugin
         .schemas
@@ -48,9 +48,10 @@ pub(crate) fn write(plugin: &Plugin, path: Option<&Path>, output: &mut dyn Write
 }
 
 fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io::Result<()> {
+    writeln!(output)?;
     writeln!(
         output,
-        "\n{TITLE}{}/{}{TITLE:#}  {}, every {}, at most {} an iteration",
+        "{TITLE}{}/{}{TITLE:#}  {}, every {}, at most {} an iteration",
         plugin.name,
         schema.name,
         schema.kind,
@@ -58,7 +59,7 @@ fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io:
         format_setting(schema.budget_ns.unwrap_or(schema.period_ns))
     )?;
     if !schema.doc.is_empty() {
-        writeln!(output, "{}", schema.doc)?;
+        writeln!(output, "{}", join_lines(&schema.doc))?;
     }
     if schema.arbitrates {
         writeln!(output, "Arbitrates among its children itself.")?;

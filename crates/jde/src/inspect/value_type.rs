@@ -82,7 +82,7 @@ impl ValueTypeData {
         let Self { name, doc, bytes, .. } = self;
         writeln!(output, "{TITLE}{name}{TITLE:#}  {FAINT}{bytes} bytes{FAINT:#}")?;
         if !doc.is_empty() {
-            writeln!(output, "{doc}")?;
+            writeln!(output, "{}", join_lines(doc))?;
         }
         let fields = self.fields.iter().map(|field| {
             let shape = format!("{} {}", field.shape, field.unit);

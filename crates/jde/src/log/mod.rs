@@ -12,14 +12,13 @@ use std::fmt::{self, Write as _};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use anstyle::Style;
 use jde_host::Handle;
 use tracing::field::{Field, Visit};
 use tracing::level_filters::LevelFilter;
 use tracing::subscriber::Interest;
 use tracing::{Event, Level, Metadata, Subscriber, span};
 
-use crate::terminal::{self, BAD, FAINT, WARN};
+use crate::terminal::{self, BAD, FAINT, Style, WARN};
 
 pub(crate) use filter::Filter;
 

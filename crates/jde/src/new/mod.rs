@@ -54,8 +54,9 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     let shown = failure::display_path(&folder);
     writeln!(
         out,
-        "{TITLE}{shown}{TITLE:#} is created {FAINT}(its README.md describes it){FAINT:#}; next:\n"
+        "{TITLE}{shown}{TITLE:#} is created {FAINT}(its README.md describes it){FAINT:#}; next:"
     )?;
+    writeln!(out)?;
     writeln!(out, "  cd {shown}")?;
     for line in kind.next_commands() {
         let line = line.replace("__jde__", &jde).replace("__python__", &python());

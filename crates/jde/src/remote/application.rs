@@ -14,6 +14,7 @@ use jde_types::{Mission, Odometry, Pose2D, Value as _};
 use super::request;
 use crate::failure::Failure;
 use crate::lock::lock;
+use crate::log::Log;
 use crate::session::{self, MissionProgress};
 use crate::top::{Action, ObservedApplication, RobotView};
 
@@ -24,6 +25,7 @@ const POSE_RATE: Rate = Rate::Hz(10);
 pub(crate) struct RemoteApplication {
     remote: Remote,
     state: Arc<Mutex<RemoteState>>,
+    log: Option<Log>,
     _subscriptions: Vec<Subscription>,
 }
 
@@ -42,11 +44,11 @@ struct RemoteState {
 const MAX_NOTES: usize = 50;
 
 impl RemoteApplication {
-    /// Subscribes to the application.
+    /// Subscribes to the application. Lines that `log` keeps are shown below its events.
     ///
     /// # Errors
     /// The application does not answer.
-    pub(crate) fn new(remote: Remote) -> Result<Self, Failure> {
+    pub(crate) fn new(remote: Remote, log: Option<Log>) -> Result<Self, Failure> {
         let state = Arc::new(Mutex::new(RemoteState {
             snapshot: remote.hierarchy()?,
             updated: Instant::now(),
@@ -115,6 +117,7 @@ impl RemoteApplication {
         Ok(Self {
             remote,
             state,
+            log,
             _subscriptions: subscriptions,
         })
     }
@@ -137,7 +140,12 @@ impl ObservedApplication for RemoteApplication {
     }
 
     fn act(&self, action: Action) -> Result<(), String> {
-        let name = |schema: usize| lock(&self.state).snapshot.schemas[schema].name.clone();
+        // The newest snapshot may have fewer schemas than the one on the screen.
+        let name = |schema: usize| {
+            let state = lock(&self.state);
+            let schema = state.snapshot.schemas.get(schema);
+            schema.map_or_else(String::new, |schema| schema.name.clone())
+        };
         let action = match action {
             Action::Play(schema) => OperatorAction::Play { schema: name(schema) },
             Action::Stop(schema) => OperatorAction::Stop { schema: name(schema) },
@@ -166,7 +174,9 @@ impl ObservedApplication for RemoteApplication {
     }
 
     fn log_lines(&self) -> Vec<String> {
-        lock(&self.state).notes.clone()
+        let mut lines = lock(&self.state).notes.clone();
+        lines.extend(self.log.iter().flat_map(Log::buffered_lines));
+        lines
     }
 }
 

@@ -121,7 +121,7 @@ mod tests {
     fn a_hierarchy_is_written_as_a_tree() {
         let mut out = Vec::new();
         write(&navigation(), &mut out).unwrap();
-        let text = anstream::adapter::strip_str(&String::from_utf8(out).unwrap()).to_string();
+        let text = crate::escape::without_styles(&String::from_utf8(out).unwrap());
         let first: Vec<&str> = text
             .lines()
             .filter_map(|line| line.split("  ").find(|part| !part.is_empty()))

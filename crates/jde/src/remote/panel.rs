@@ -3,12 +3,11 @@
 
 use std::io::{self, Write};
 
-use anstyle::Style;
 use jde_panel::{Item, List, Shape, Solid, Trace, Words};
 
 use super::table::{Alignment, Cell, Table};
 use crate::summary::pluralize;
-use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+use crate::terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
 
 /// Writes a list from top to bottom.
 ///
@@ -224,7 +223,7 @@ mod tests {
     fn printed(items: Vec<Item>) -> String {
         let mut words = Vec::new();
         write(&List { time: 0, items }, &mut words).unwrap();
-        anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string()
+        crate::escape::without_styles(&String::from_utf8(words).unwrap())
     }
 
     fn text(text: &str, words: Words) -> Item {

@@ -3,10 +3,8 @@
 
 use std::io::{self, Write};
 
-use anstyle::Style;
-
 use crate::escape::escape;
-use crate::terminal::FAINT;
+use crate::terminal::{FAINT, Style};
 use crate::top::text::{columns, cut};
 
 /// The space between two columns.
@@ -153,7 +151,7 @@ mod tests {
     fn text(table: &Table) -> String {
         let mut text = Vec::new();
         table.write(&mut text).unwrap();
-        anstream::adapter::strip_str(&String::from_utf8(text).unwrap()).to_string()
+        crate::escape::without_styles(&String::from_utf8(text).unwrap())
     }
 
     #[test]

@@ -4,6 +4,7 @@ use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, PolicyKind, State};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
 use jde_log::RecordedHierarchy;
+use jde_records::check::check_fathers;
 use jde_records::snapshot::{GroupView, SchemaView, Snapshot, Switch};
 use jde_records::{Decision, RunRecord, state_named};
 
@@ -78,23 +79,37 @@ impl HierarchyNames {
                 ..SchemaView::default()
             })
             .collect();
-        for (group_index, (group, members)) in groups.iter().enumerate() {
-            for member in members.iter().filter_map(|name| index(name)) {
-                views[member].group = Some(group_index);
-                views[member].father = father(group);
-                views[member].kind = Kind::Motor;
-            }
+        let mut groups: Vec<_> = groups
+            .iter()
+            .map(|(name, members)| (father(name), name, members))
+            .map(|(father, name, members)| GroupView {
+                name: name.clone(),
+                father,
+                members: members.iter().filter_map(|name| index(name)).collect(),
+                ..GroupView::default()
+            })
+            .collect();
+        for (group_index, group) in groups.iter_mut().enumerate() {
+            // A schema competes in one group. A damaged recording could state several.
+            group.members.retain(|member| {
+                let view = &mut views[*member];
+                let is_new = view.kind != Kind::Motor;
+                if is_new {
+                    (view.group, view.father, view.kind) = (Some(group_index), group.father, Kind::Motor);
+                }
+                is_new
+            });
         }
-        let groups = groups.iter().map(|(name, members)| GroupView {
-            name: name.clone(),
-            father: father(name),
-            members: members.iter().filter_map(|name| index(name)).collect(),
-            ..GroupView::default()
-        });
+        // Nor can it have fathers without end.
+        let fathers: Vec<_> = views.iter().map(|view| view.father).collect();
+        if check_fathers(&fathers).is_err() {
+            groups.iter_mut().for_each(|group| group.father = None);
+            views.iter_mut().for_each(|view| view.father = None);
+        }
         Hierarchy {
             snapshot: Snapshot {
                 time: 0,
-                groups: groups.collect(),
+                groups,
                 schemas: views,
                 ..Snapshot::default()
             },

@@ -262,9 +262,10 @@ fn print_group(group: &GroupSummary, output: &mut dyn Write) -> io::Result<()> {
         .max()
         .unwrap_or(0)
         .max("nobody".len());
+    writeln!(output)?;
     writeln!(
         output,
-        "\n{TITLE}{}{TITLE:#}{FAINT}, as WINNER{FAINT:#}",
+        "{TITLE}{}{TITLE:#}{FAINT}, as WINNER{FAINT:#}",
         group.group
     )?;
     for share in &group.winners {

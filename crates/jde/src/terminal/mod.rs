@@ -6,12 +6,14 @@
 //! determines for the whole process how long threads wait for a reader. It opens the streams before a verb
 //! begins, so that no later line can fail because the process has no descriptor or thread left.
 
+mod guard;
 mod hang_up;
 mod printer;
 #[cfg(feature = "tools")]
 mod progress_line;
 mod raw;
 mod screen;
+mod style;
 
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
@@ -20,8 +22,8 @@ use std::os::unix::fs::MetadataExt;
 use std::sync::{Arc, OnceLock};
 
 use anstream::{AutoStream, ColorChoice};
-use anstyle::{AnsiColor, Style};
 
+pub(crate) use guard::{GUARD, serve_guard};
 pub(crate) use hang_up::on_hang_up;
 pub(crate) use printer::Printer;
 use printer::{BlockingPolicy, Stream};
@@ -29,19 +31,9 @@ use printer::{BlockingPolicy, Stream};
 pub(crate) use progress_line::ProgressLine;
 pub(crate) use raw::{install_panic_hook, write_raw};
 pub(crate) use screen::with_screen;
+pub(crate) use style::{BAD, FAINT, GOOD, Style, TITLE, WARN, own_styles, style_mark};
 
 use crate::escape::EscapingWriter;
-
-/// For titles.
-pub(crate) const TITLE: Style = Style::new().bold();
-/// For less important text.
-pub(crate) const FAINT: Style = Style::new().dimmed();
-/// For success.
-pub(crate) const GOOD: Style = AnsiColor::Green.on_default().bold();
-/// For failures.
-pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
-/// For warnings.
-pub(crate) const WARN: Style = AnsiColor::Yellow.on_default().bold();
 
 /// A stream of text for people, which drops colours where they are not shown.
 pub(crate) type TextWriter = Box<dyn Write + Send>;

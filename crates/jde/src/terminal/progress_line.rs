@@ -34,7 +34,10 @@ impl ProgressLine {
             let text = text();
             (self.next, self.shown) = (Instant::now() + INTERVAL, text.chars().count());
             // A closed terminal is not a reason to fail.
-            let _ = write!(output, "\r{FAINT}{text}{FAINT:#} ").and_then(|()| output.flush());
+            let _ = output
+                .write_all(b"\r")
+                .and_then(|()| write!(output, "{FAINT}{text}{FAINT:#} "))
+                .and_then(|()| output.flush());
         }
     }
 
@@ -42,7 +45,9 @@ impl ProgressLine {
     pub(crate) fn clear(&mut self) {
         if let Some(output) = self.output.as_mut().filter(|_| self.shown > 0) {
             let blank = " ".repeat(self.shown + 1);
-            let _ = write!(output, "\r{blank}\r").and_then(|()| output.flush());
+            let _ = output
+                .write_all(format!("\r{blank}\r").as_bytes())
+                .and_then(|()| output.flush());
         }
     }
 }

@@ -5,6 +5,7 @@ use std::backtrace::{Backtrace, BacktraceStatus};
 use std::fmt::{self, Write};
 use std::{panic, thread};
 
+use jde_files::is_control;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::stdio::stderr;
 
@@ -33,17 +34,20 @@ impl RawError {
 
 impl Write for RawError {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        for byte in text.bytes() {
-            if self.length == PIECE {
+        for letter in text.chars() {
+            // No text controls the terminal.
+            let letter = if is_control(letter) && letter != '\n' {
+                '?'
+            } else {
+                letter
+            };
+            let mut bytes = [0; 4];
+            let bytes = letter.encode_utf8(&mut bytes).as_bytes();
+            if self.length + bytes.len() > PIECE {
                 self.flush();
             }
-            // No text controls the terminal.
-            self.piece[self.length] = if byte.is_ascii_control() && byte != b'\n' {
-                b'?'
-            } else {
-                byte
-            };
-            self.length += 1;
+            self.piece[self.length..][..bytes.len()].copy_from_slice(bytes);
+            self.length += bytes.len();
         }
         Ok(())
     }

@@ -20,6 +20,7 @@ use ratatui::crossterm::terminal::{
 };
 use ratatui::{Frame, Terminal};
 
+use super::guard::TerminalGuard;
 use super::hang_up::wait_for_key;
 use super::{Printer, drain, err, is_interactive, raw_out};
 
@@ -32,6 +33,9 @@ const POLL_TIMEOUT: Duration = Duration::from_millis(1);
 /// Whether this process has taken the terminal. Restoring it twice would put the cursor over text printed in
 /// between.
 static ACQUIRED: AtomicBool = AtomicBool::new(false);
+
+/// Restores the terminal if this process cannot.
+static WATCHED: Mutex<Option<TerminalGuard>> = Mutex::new(None);
 
 /// The terminal of a view.
 pub(crate) struct TerminalScreen {
@@ -121,6 +125,7 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Resul
 fn acquire() -> io::Result<TerminalScreen> {
     // Everything printed before must appear first.
     drain()?;
+    *WATCHED.lock().unwrap_or_else(PoisonError::into_inner) = TerminalGuard::start();
     ACQUIRED.store(true, Ordering::Relaxed);
     enable_raw_mode()?;
     let mut out = raw_out();
@@ -138,5 +143,6 @@ fn release() {
     if ACQUIRED.swap(false, Ordering::Relaxed) {
         let _ = disable_raw_mode();
         let _ = execute!(raw_out(), LeaveAlternateScreen, Show);
+        drop(WATCHED.lock().unwrap_or_else(PoisonError::into_inner).take());
     }
 }

@@ -141,7 +141,7 @@ fn a_schema_that_was_not_awake_is_marked_as_such() {
         &mut output,
     )
     .unwrap();
-    let text = anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string();
+    let text = crate::escape::without_styles(&String::from_utf8(output).unwrap());
     assert!(
         text.starts_with("example/base at 32.000 s: nobody -> vff"),
         "{text}"
@@ -172,7 +172,7 @@ fn an_answer_shows_case_decider_cause_and_every_candidate() {
         &mut output,
     )
     .unwrap();
-    let text = anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string();
+    let text = crate::escape::without_styles(&String::from_utf8(output).unwrap());
     let expected = "\
 example/base at 12.402 s: goon -> vff  (selection 3)
   because     only vff is ready
@@ -210,7 +210,7 @@ fn an_answer_shows_how_the_commands_of_the_chosen_schema_were_limited() {
     let decisions = drive();
     let answer = question("vff goon 12.4s").answer(&decisions, &limits, KNOWN);
     write(&answer, None, &mut output).unwrap();
-    let text = anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string();
+    let text = crate::escape::without_styles(&String::from_utf8(output).unwrap());
     assert!(
         text.contains("limited     at 12.600 s: guard: too fast at 12.6\n"),
         "{text}"

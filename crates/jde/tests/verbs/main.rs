@@ -15,6 +15,7 @@ mod inspecting;
 mod inspections;
 mod installed;
 mod isolated;
+mod liars;
 mod naming;
 mod new;
 mod panels;

@@ -53,6 +53,58 @@ fn run_on_a_terminal_shows_the_oscilloscope_and_restores_the_terminal() {
     assert!(enter < leave && leave < summary, "{shown}");
 }
 
+#[test]
+fn the_terminal_is_restored_after_the_oscilloscope_is_killed() {
+    let sandbox = Sandbox::new();
+    let process = sandbox.folder().join("process");
+    // The terminal lives until a line is typed, and then shows its settings.
+    let command = format!(
+        "stty rows 24 cols 80; sh -c 'echo $$ > {}; exec {} run {}'; read line; stty -a",
+        process.display(),
+        env!("CARGO_BIN_EXE_jde"),
+        pair()
+    );
+    let mut script = Command::new("script");
+    script
+        .args(["-qec", &command, "/dev/null"])
+        .env("JDE_PLUGIN_PATH", plugins())
+        .env("TERM", "xterm-256color")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped());
+    let mut child = sandbox
+        .command(script)
+        .spawn()
+        .expect("script of util-linux is installed");
+    let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+    let (mut shown, mut buffer) = (Vec::new(), [0; 4096]);
+    let (mut is_killed, mut is_typed) = (false, false);
+    loop {
+        let length = screen.read(&mut buffer).unwrap();
+        if length == 0 {
+            break;
+        }
+        shown.extend_from_slice(&buffer[..length]);
+        let text = String::from_utf8_lossy(&shown);
+        if !is_killed && text.contains("listener") {
+            let id = std::fs::read_to_string(&process).unwrap();
+            let mut kill = Command::new("kill");
+            assert!(kill.args(["-KILL", id.trim()]).status().unwrap().success());
+            is_killed = true;
+        }
+        if !is_typed && text.contains(LEAVE) {
+            keys.write_all(b"\n").unwrap();
+            is_typed = true;
+        }
+    }
+    child.wait().unwrap();
+    let shown = String::from_utf8_lossy(&shown);
+    let settings = &shown[shown.find(LEAVE).expect("the alternate screen is left")..];
+    assert!(
+        settings.contains(" icanon") && settings.contains(" echo "),
+        "{settings}"
+    );
+}
+
 /// The query of the cursor's position, and a response.
 const CURSOR_QUERY: &str = "\u{1b}[6n";
 const CURSOR_RESPONSE: &[u8] = b"\x1b[1;1R";

@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 use super::connection::{Connection, QueryOutcome};
 use super::datagram;
 use super::{REPLY_TIMEOUT, Reach, check_version, choice, keys};
-use crate::Error;
 use crate::folder::{Entry, Folders, Listing};
 use crate::keys::{OPERATE, PROTOCOL, chunk};
-use crate::message::{About, Action, OperateReply, Refusal, Request};
+use crate::message::{About, Action, Request};
 use crate::session::{Login, Tls};
+use crate::{Error, decode};
 
 /// How long a request without a reply is repeated: the application may still be declaring its keys, or its
 /// queues may be full.
@@ -185,8 +185,8 @@ fn send_local(
 fn send_to(entry: &Entry, message: &[u8], is_stop: bool) -> Result<Vec<String>, Error> {
     check_version(&entry.about)?;
     if is_stop && let Ok(reply) = datagram::request(&entry.stop_socket, message) {
-        return match serde_json::from_slice::<Refusal>(&reply) {
-            Ok(Refusal { error, nearest }) => Err(Error::Refused { text: error, nearest }),
+        return match decode::refusal(&reply) {
+            Ok(refusal) => Err(refusal.into()),
             Err(_) => roots(&entry.about.name, &reply),
         };
     }
@@ -196,12 +196,7 @@ fn send_to(entry: &Entry, message: &[u8], is_stop: bool) -> Result<Vec<String>, 
     loop {
         match connection.query_one(&key, Some(message.to_vec()), REPLY_TIMEOUT)? {
             QueryOutcome::Reply(reply) => return roots(&entry.about.name, &reply.message),
-            QueryOutcome::Refused(refusal) => {
-                return Err(Error::Refused {
-                    text: refusal.error,
-                    nearest: refusal.nearest,
-                });
-            }
+            QueryOutcome::Refused(refusal) => return Err(refusal.into()),
             QueryOutcome::Unanswered if start.elapsed() < RETRY_FOR => thread::sleep(RETRY_PAUSE),
             QueryOutcome::Unanswered | QueryOutcome::TimedOut => {
                 return Err(Error::Timeout {
@@ -269,13 +264,7 @@ fn send_to_endpoint(
                     let name = key.split('/').nth(2).unwrap_or(endpoint);
                     report(name, roots(name, &message));
                 }
-                Err(refusal) => report(
-                    endpoint,
-                    Err(Error::Refused {
-                        text: refusal.error,
-                        nearest: refusal.nearest,
-                    }),
-                ),
+                Err(refusal) => report(endpoint, Err(refusal.into())),
             }
         })?;
         if replied.is_empty() {
@@ -305,16 +294,8 @@ fn send_to_endpoint(
 }
 
 fn roots(application: &str, message: &[u8]) -> Result<Vec<String>, Error> {
-    let garbled = |reason: String| Error::Garbled {
-        application: application.to_owned(),
-        reason,
-    };
-    let reply: OperateReply = serde_json::from_slice(message).map_err(|error| garbled(error.to_string()))?;
-    if reply.ok {
-        Ok(reply.roots)
-    } else {
-        Err(garbled("it does not confirm the action".to_owned()))
-    }
+    let reply = decode::operate_reply(message).map_err(|refused| Error::refused(application, refused))?;
+    Ok(reply.roots)
 }
 
 #[cfg(test)]

@@ -8,10 +8,11 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
-use crate::Error;
+use crate::decode::{self, Refused};
 use crate::folder::{Entry, new_id};
 use crate::message::{About, Refusal};
 use crate::session::{self, Login, SessionOptions, Tls};
+use crate::{Error, Unanswered};
 
 /// How long a busy socket is retried, and how often.
 const RETRY_FOR: Duration = Duration::from_secs(1);
@@ -47,12 +48,12 @@ pub(crate) enum QueryOutcome {
     TimedOut,
 }
 
-/// Connects to all endpoints concurrently. Succeeds if at least one connects.
+/// Connects to all endpoints concurrently. Succeeds if at least one connects, and returns the others as well.
 pub(super) fn connect_all(
     endpoints: &[String],
     login: Option<&Login>,
     tls: Option<&Tls>,
-) -> Result<Vec<std::sync::Arc<Connection>>, Error> {
+) -> Result<(Vec<std::sync::Arc<Connection>>, Vec<Unanswered>), Error> {
     // A client with a certificate always presents it.
     let tls = tls.map(|tls| Tls {
         clients: tls.identity.is_some(),
@@ -61,19 +62,21 @@ pub(super) fn connect_all(
     let connect = |endpoint: &String| Connection::network(endpoint, login, tls.as_ref());
     let connected = super::map_concurrently(endpoints, connect);
     let mut connections = Vec::new();
-    let mut failed = None;
-    for connection in connected {
+    let (mut failed, mut unanswered) = (Vec::new(), Vec::new());
+    for (endpoint, connection) in endpoints.iter().zip(connected) {
         match connection {
             Ok(connection) => connections.push(std::sync::Arc::new(connection)),
             Err(error) => {
-                tracing::warn!("{error}");
-                failed.get_or_insert(error);
+                unanswered.push(Unanswered::new(endpoint, &error));
+                failed.push(error);
             }
         }
     }
-    match failed {
-        Some(error) if connections.is_empty() => Err(error),
-        _ => Ok(connections),
+    match failed.len() {
+        1.. if !connections.is_empty() => Ok((connections, unanswered)),
+        1 => Err(failed.remove(0)),
+        2.. => Err(Error::Several(failed)),
+        _ => Ok((connections, unanswered)),
     }
 }
 
@@ -147,15 +150,10 @@ impl Connection {
 
     /// The description of the application at a key.
     pub(crate) fn about(&self, key: &str) -> Result<About, Error> {
-        let garbled = |reason: String| Error::Garbled {
-            application: self.endpoint.clone(),
-            reason,
-        };
+        let refused = |refused| Error::refused(&self.endpoint, refused);
         match self.query_one(key, None, super::REPLY_TIMEOUT)? {
-            QueryOutcome::Reply(reply) => {
-                serde_json::from_slice(&reply.message).map_err(|error| garbled(error.to_string()))
-            }
-            QueryOutcome::Refused(refusal) => Err(garbled(refusal.error)),
+            QueryOutcome::Reply(reply) => decode::about_at(key, &reply.message).map_err(refused),
+            QueryOutcome::Refused(refusal) => Err(refused(Refused::Unreadable(refusal.error))),
             QueryOutcome::Unanswered | QueryOutcome::TimedOut => Err(Error::Timeout {
                 application: self.endpoint.clone(),
                 waited: super::REPLY_TIMEOUT,
@@ -205,7 +203,7 @@ impl Connection {
                     deadline = deadline.min(Instant::now() + NEXT_REPLY_TIMEOUT);
                 }
                 // An error that is no refusal is a timeout.
-                Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
+                Ok(Err(refused)) => match decode::refusal(&refused.payload().to_bytes()) {
                     Ok(refusal) => on_reply("", Err(refusal)),
                     Err(_) => return Ok(false),
                 },
@@ -252,7 +250,7 @@ impl Connection {
                     .attachment()
                     .map(|attachment| attachment.to_bytes().into_owned()),
             }),
-            Ok(Err(refused)) => match serde_json::from_slice(&refused.payload().to_bytes()) {
+            Ok(Err(refused)) => match decode::refusal(&refused.payload().to_bytes()) {
                 Ok(refusal) => QueryOutcome::Refused(refusal),
                 Err(_) if waited < timeout => QueryOutcome::Unanswered,
                 Err(_) => QueryOutcome::TimedOut,

@@ -2,10 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use jde_records::{RecordKind, RunRecord};
-use serde::Deserialize;
-
 use crate::attachment;
+use crate::decode::{self, Refused};
+use jde_records::{RecordKind, RunRecord};
 
 /// Most new events kept while past ones are fetched. Of more, the oldest are dropped and counted as missing.
 const MAX_PENDING: usize = 4096;
@@ -19,13 +18,6 @@ pub struct ReceivedEvent {
     pub number: u64,
     /// Upper bound of the events of this kind lost since the previous one.
     pub missed: u64,
-}
-
-/// An event as the application stores it.
-#[derive(Deserialize)]
-pub(super) struct StoredEvent {
-    number: u64,
-    line: serde_json::Value,
 }
 
 type Callback = Box<dyn FnMut(ReceivedEvent) + Send>;
@@ -59,11 +51,11 @@ impl EventMerger {
         kind: RecordKind,
         message: &[u8],
         attachment: Option<&[u8]>,
-    ) -> Result<(), String> {
+    ) -> Result<(), Refused> {
         let number = attachment
             .and_then(attachment::number)
-            .ok_or("an event without its number")?;
-        let record = RunRecord::parse(kind, message).map_err(|error| error.to_string())?;
+            .ok_or_else(|| Refused::Unreadable("an event without its number".to_owned()))?;
+        let record = decode::record(kind, message)?;
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         match &mut state.pending {
             Some(pending) => {
@@ -78,13 +70,7 @@ impl EventMerger {
     }
 
     /// Delivers the past events, then those that arrived meanwhile, and from then on each on arrival.
-    pub(super) fn begin(&self, earlier: Vec<(RecordKind, StoredEvent)>) -> Result<(), String> {
-        let mut records = Vec::with_capacity(earlier.len());
-        for (kind, StoredEvent { number, line }) in earlier {
-            let json = line.to_string();
-            let record = RunRecord::parse(kind, json.as_bytes()).map_err(|error| error.to_string())?;
-            records.push((number, record));
-        }
+    pub(super) fn begin(&self, mut records: Vec<(u64, RunRecord)>) {
         // Each kind is in order already.
         records.sort_by_key(|(_, record)| record.time());
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -92,7 +78,6 @@ impl EventMerger {
         for (number, record) in records {
             state.deliver(number, record);
         }
-        Ok(())
     }
 }
 
@@ -120,11 +105,6 @@ mod tests {
         RunRecord::retracted(time_ms * 1_000_000, "pioneer.laser")
     }
 
-    fn numbered(number: u64) -> (RecordKind, StoredEvent) {
-        let line = serde_json::from_slice(&record(number).to_json()).unwrap();
-        (RecordKind::Event, StoredEvent { number, line })
-    }
-
     #[test]
     fn past_events_come_first_and_none_is_delivered_twice() {
         let delivered = Arc::new(Mutex::new(Vec::new()));
@@ -143,7 +123,7 @@ mod tests {
         };
         push(3);
         push(4);
-        merger.begin(vec![numbered(2), numbered(3)]).unwrap();
+        merger.begin(vec![(2, record(2)), (3, record(3))]);
         push(4);
         push(7);
         assert_eq!(*delivered.lock().unwrap(), [(2, 0), (3, 0), (4, 0), (7, 2)]);

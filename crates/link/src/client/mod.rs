@@ -3,6 +3,7 @@
 
 mod broadcast;
 mod choice;
+mod complaint;
 mod connection;
 mod datagram;
 mod events;
@@ -13,14 +14,14 @@ mod remote;
 mod sample;
 mod subscription;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use crate::folder::{Entry, Folders};
 use crate::keys::{ALL_ABOUT, PROTOCOL};
 use crate::message::About;
 use crate::session::{Login, Tls};
-use crate::{Error, keys::Keys};
+use crate::{Error, decode, keys::Keys};
 pub(crate) use connection::Connection;
 
 pub use broadcast::{Broadcast, BroadcastOutcome, broadcast};
@@ -56,6 +57,28 @@ pub enum Reach {
 /// Looks for applications.
 pub struct Client {
     backend: Backend,
+    /// The endpoints that could not be connected to.
+    unconnected: Vec<Unanswered>,
+    /// What the last search got no answer from, or none that makes sense.
+    unanswered: Mutex<Vec<Unanswered>>,
+}
+
+/// An endpoint or an application that gave no answer, or none that makes sense.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unanswered {
+    /// The endpoint, or the name in the key of the answer.
+    pub target: String,
+    /// The reason as a sentence that names the target.
+    pub reason: String,
+}
+
+impl Unanswered {
+    fn new(target: &str, error: &Error) -> Self {
+        Self {
+            target: target.to_owned(),
+            reason: error.to_string(),
+        }
+    }
 }
 
 enum Backend {
@@ -73,9 +96,10 @@ impl Client {
     /// Prepares the search; connects to endpoints on the network.
     ///
     /// # Errors
-    /// [`Error::Folder`]; [`Error::Connect`] if no endpoint accepts. Takes at most 5 s on this machine, 4 s
-    /// on the network.
+    /// [`Error::Folder`]; [`Error::Connect`] if no endpoint accepts, and [`Error::Several`] of these if there are
+    /// several. Takes at most 5 s on this machine, 4 s on the network.
     pub fn connect(reach: &Reach) -> Result<Self, Error> {
+        let mut unconnected = Vec::new();
         let backend = match reach {
             Reach::Local(folder) => {
                 folder.list()?;
@@ -85,9 +109,25 @@ impl Client {
                 endpoints,
                 login,
                 tls,
-            } => Backend::Network(connection::connect_all(endpoints, login.as_ref(), tls.as_ref())?),
+            } => {
+                let (connections, failed) = connection::connect_all(endpoints, login.as_ref(), tls.as_ref())?;
+                unconnected = failed;
+                Backend::Network(connections)
+            }
         };
-        Ok(Self { backend })
+        Ok(Self {
+            backend,
+            unconnected,
+            unanswered: Mutex::default(),
+        })
+    }
+
+    /// Returns the endpoints, and the applications there, from which the last search got no answer, or none that
+    /// makes sense.
+    #[must_use]
+    pub fn unanswered(&self) -> Vec<Unanswered> {
+        let last = self.unanswered.lock().unwrap_or_else(PoisonError::into_inner);
+        self.unconnected.iter().chain(&*last).cloned().collect()
     }
 
     /// Lists the running applications in order of their start.
@@ -111,7 +151,8 @@ impl Client {
     pub fn application(&self, name: Option<&str>) -> Result<Remote, Error> {
         let mut found = self.discover()?;
         let abouts: Vec<&About> = found.iter().map(Discovered::about).collect();
-        let index = choice::choose(&abouts, name, &self.describe_backend())?;
+        let index = choice::choose(&abouts, name, &self.describe_backend())
+            .map_err(|error| self.with_unanswered(error))?;
         let found = found.swap_remove(index);
         let about = found.about();
         check_version(about)?;
@@ -130,27 +171,58 @@ impl Client {
             Backend::Network(connections) => {
                 // All concurrently: a silent endpoint delays no other.
                 let replies = map_concurrently(connections, |connection| {
-                    let mut abouts: Vec<About> = Vec::new();
-                    connection.query(ALL_ABOUT, None, REPLY_TIMEOUT, |_, reply| {
-                        // A reply that cannot be read is not from an application of jde.
-                        let about = reply
-                            .ok()
-                            .and_then(|message| serde_json::from_slice(&message).ok());
-                        abouts.extend(about);
-                    })?;
-                    Ok(abouts)
+                    let (mut abouts, mut unanswered) = (Vec::new(), Vec::new());
+                    let endpoint = connection.endpoint();
+                    let outcome = connection.query(ALL_ABOUT, None, REPLY_TIMEOUT, |key, reply| {
+                        let name = key.split('/').nth(2).unwrap_or(endpoint);
+                        let about = reply.map_err(Error::from).and_then(|message| {
+                            decode::about_at(key, &message).map_err(|refused| Error::refused(name, refused))
+                        });
+                        match about {
+                            Ok(about) => abouts.push(about),
+                            Err(error) => unanswered.push(Unanswered::new(name, &error)),
+                        }
+                    });
+                    let silent = match outcome {
+                        Ok(true) if abouts.is_empty() && unanswered.is_empty() => {
+                            Some(Error::NoApplication(format!("at {endpoint}")))
+                        }
+                        Ok(true) => None,
+                        Ok(false) => Some(Error::Timeout {
+                            application: endpoint.to_owned(),
+                            waited: REPLY_TIMEOUT,
+                        }),
+                        Err(error) => Some(error),
+                    };
+                    unanswered.extend(silent.map(|error| Unanswered::new(endpoint, &error)));
+                    (abouts, unanswered)
                 });
                 let mut found: Vec<Discovered> = Vec::new();
-                for (connection, abouts) in connections.iter().zip(replies) {
-                    for about in abouts? {
+                let mut last = Vec::new();
+                for (connection, (abouts, unanswered)) in connections.iter().zip(replies) {
+                    last.extend(unanswered);
+                    for about in abouts {
                         if !found.iter().any(|known| known.about().id == about.id) {
                             found.push(Discovered::Network(about, Arc::clone(connection)));
                         }
                     }
                 }
                 found.sort_by_key(|found| found.about().started_ns);
+                *self.unanswered.lock().unwrap_or_else(PoisonError::into_inner) = last;
                 Ok(found)
             }
+        }
+    }
+
+    /// Adds what gave no answer to an error: the application that was requested may be there.
+    fn with_unanswered(&self, error: Error) -> Error {
+        let text = error.to_string();
+        let others = self.unanswered().into_iter().filter(|one| one.reason != text);
+        let mut all = vec![error];
+        all.extend(others.map(|one| Error::Unanswered(one.reason)));
+        match all.len() {
+            1 => all.remove(0),
+            _ => Error::Several(all),
         }
     }
 

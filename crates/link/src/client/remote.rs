@@ -8,7 +8,6 @@ use jde_panel::Gesture;
 use jde_records::RecordKind;
 use jde_records::reload::ReloadReport;
 use jde_records::snapshot::Snapshot;
-use serde::de::DeserializeOwned;
 use zenoh::Wait;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
@@ -18,11 +17,12 @@ use super::liveliness::Liveliness;
 use super::sample::ValueMemory;
 use super::subscription::{Subscription, Tokens};
 use super::{Hold, PanelSample, REPLY_TIMEOUT, ReceivedEvent, Sample, events, keys};
-use crate::Error;
+use crate::decode::{self, Refused};
 use crate::folder::new_id;
 use crate::keys::{self as key, Keys, Rate};
 use crate::message::{About, Action, OperateReply, Request, Schemas, VariableInfo};
 use crate::server::no_panel;
+use crate::{Error, client::complaint::Complaint};
 
 /// How long an application may take to appear on a new connection.
 const APPEAR: Duration = Duration::from_secs(3);
@@ -112,7 +112,7 @@ impl Remote {
     /// [`Error::Disconnected`], [`Error::Timeout`] after 5 s, [`Error::Garbled`]; likewise for all methods
     /// below.
     pub fn schemas(&self) -> Result<Schemas, Error> {
-        self.query_json(&self.inner.keys.of(key::SCHEMAS))
+        self.ask(&self.inner.keys.of(key::SCHEMAS), decode::schemas)
     }
 
     /// The application's variables, with their status if requested.
@@ -122,7 +122,7 @@ impl Remote {
     pub fn variables(&self, with_status: bool) -> Result<Vec<VariableInfo>, Error> {
         let all = self.inner.keys.of(key::VARIABLES);
         if with_status {
-            return self.query_json(&format!("{all}?status"));
+            return self.ask(&format!("{all}?status"), decode::variables);
         }
         Ok(self.known_variables()?.to_vec())
     }
@@ -181,7 +181,7 @@ impl Remote {
     ) -> Result<Subscription, Error> {
         let (owner, own, rate) = (&variable.owner, &variable.variable, rate.to_supported());
         let session = self.inner.connection.session();
-        let application = self.inner.about.name.clone();
+        let complaint = Complaint::about(&self.inner.about.name);
         let (mut last, mut memory) = (None, ValueMemory::default());
         let deliver = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
@@ -194,7 +194,7 @@ impl Remote {
                         call(sample);
                     }
                 }
-                Err(reason) => tracing::warn!("a value of {application} cannot be read: {reason}"),
+                Err(reason) => complaint.say(Refused::Unreadable(reason)),
             }
         };
         let subscriber = session
@@ -224,7 +224,7 @@ impl Remote {
     ) -> Result<Subscription, Error> {
         self.check_panel(schema)?;
         let rate = rate.to_supported();
-        let application = self.inner.about.name.clone();
+        let complaint = Complaint::about(&self.inner.about.name);
         let mut last = None;
         let deliver = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
@@ -232,7 +232,7 @@ impl Remote {
                 // The newest drawing is sent again when another client joins.
                 Ok(panel) if last.replace(panel.sequence) == Some(panel.sequence) => {}
                 Ok(panel) => call(panel),
-                Err(reason) => tracing::warn!("a panel of {application} cannot be read: {reason}"),
+                Err(reason) => complaint.say(Refused::Unreadable(reason)),
             }
         };
         let (keys, session) = (&self.inner.keys, self.inner.connection.session());
@@ -269,7 +269,7 @@ impl Remote {
     /// # Errors
     /// As above.
     pub fn hierarchy(&self) -> Result<Snapshot, Error> {
-        self.query_json(&self.inner.keys.of(key::HIERARCHY))
+        self.ask(&self.inner.keys.of(key::HIERARCHY), decode::snapshot)
     }
 
     /// Calls `call` with the state of every schema and group 20 times a second, on a thread of the link.
@@ -280,16 +280,16 @@ impl Remote {
         &self,
         mut call: impl FnMut(Snapshot) + Send + Sync + 'static,
     ) -> Result<Subscription, Error> {
-        let application = self.inner.about.name.clone();
+        let complaint = Complaint::about(&self.inner.about.name);
         let subscriber = self
             .inner
             .connection
             .session()
             .declare_subscriber(self.inner.keys.of(key::HIERARCHY))
             .callback_mut(
-                move |sample| match serde_json::from_slice(&sample.payload().to_bytes()) {
+                move |sample| match decode::snapshot(&sample.payload().to_bytes()) {
                     Ok(snapshot) => call(snapshot),
-                    Err(reason) => tracing::warn!("a snapshot of {application} cannot be read: {reason}"),
+                    Err(refused) => complaint.say(refused),
                 },
             )
             .wait()
@@ -311,7 +311,8 @@ impl Remote {
         let merger = events::EventMerger::new(Box::new(call));
         let mut subscribers = Vec::new();
         for kind in kinds {
-            let (merger, kind, application) = (Arc::clone(&merger), *kind, self.inner.about.name.clone());
+            let (merger, kind) = (Arc::clone(&merger), *kind);
+            let complaint = Complaint::about(&self.inner.about.name);
             let subscriber = self
                 .inner
                 .connection
@@ -319,10 +320,9 @@ impl Remote {
                 .declare_subscriber(self.inner.keys.of(key::events(kind)))
                 .callback(move |sample| {
                     let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
-                    if let Err(reason) =
-                        merger.push(kind, &sample.payload().to_bytes(), attachment.as_deref())
-                    {
-                        tracing::warn!("an event of {application} cannot be read: {reason}");
+                    let pushed = merger.push(kind, &sample.payload().to_bytes(), attachment.as_deref());
+                    if let Err(refused) = pushed {
+                        complaint.say(refused);
                     }
                 })
                 .wait()
@@ -333,11 +333,12 @@ impl Remote {
         if last > 0 {
             for kind in kinds {
                 let key = self.inner.keys.of(key::events(*kind));
-                let events = self.query_json::<Vec<events::StoredEvent>>(&format!("{key}?last={last}"))?;
-                past.extend(events.into_iter().map(|event| (*kind, event)));
+                past.extend(self.ask(&format!("{key}?last={last}"), |message| {
+                    decode::records(*kind, message)
+                })?);
             }
         }
-        merger.begin(past).map_err(|reason| self.garbled(reason))?;
+        merger.begin(past);
         Ok(Subscription::new(subscribers, None, self))
     }
 
@@ -361,7 +362,7 @@ impl Remote {
     }
 
     fn operated(&self, reply: &Reply) -> Result<OperateReply, Error> {
-        serde_json::from_slice(&reply.message).map_err(|error| self.garbled(error.to_string()))
+        decode::operate_reply(&reply.message).map_err(|refused| self.refused(refused))
     }
 
     /// Replaces a plugin's build by the one that is now in its file, by an [`Action::Reload`].
@@ -411,7 +412,7 @@ impl Remote {
         if let Some(known) = &*known {
             return Ok(Arc::clone(known));
         }
-        let variables: Vec<VariableInfo> = self.query_json(&self.inner.keys.of(key::VARIABLES))?;
+        let variables = self.ask(&self.inner.keys.of(key::VARIABLES), decode::variables)?;
         Ok(Arc::clone(known.insert(Arc::new(variables))))
     }
 
@@ -424,9 +425,9 @@ impl Remote {
         Ok((variable, Arc::new(value_type)))
     }
 
-    fn query_json<T: DeserializeOwned>(&self, selector: &str) -> Result<T, Error> {
-        let reply = self.query(selector, None)?;
-        serde_json::from_slice(&reply.message).map_err(|error| self.garbled(error.to_string()))
+    /// Sends a query, and reads its answer.
+    fn ask<T>(&self, selector: &str, read: impl Fn(&[u8]) -> Result<T, Refused>) -> Result<T, Error> {
+        read(&self.query(selector, None)?.message).map_err(|refused| self.refused(refused))
     }
 
     fn query(&self, selector: &str, payload: Option<Vec<u8>>) -> Result<Reply, Error> {
@@ -451,12 +452,7 @@ impl Remote {
                 .query_one(selector, payload.clone(), timeout)?
             {
                 QueryOutcome::Reply(reply) => return Ok(reply),
-                QueryOutcome::Refused(refusal) => {
-                    return Err(Error::Refused {
-                        text: refusal.error,
-                        nearest: refusal.nearest,
-                    });
-                }
+                QueryOutcome::Refused(refusal) => return Err(refusal.into()),
                 QueryOutcome::Unanswered => {
                     if self.wait_gone(PAUSE) {
                         return Err(Error::Disconnected(name()));
@@ -472,6 +468,10 @@ impl Remote {
             application: name(),
             waited: start.elapsed(),
         })
+    }
+
+    fn refused(&self, refused: Refused) -> Error {
+        Error::refused(&self.inner.about.name, refused)
     }
 
     fn garbled(&self, reason: impl Into<String>) -> Error {

@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::OFlags;
 
-use crate::Error;
 use crate::keys;
 use crate::message::About;
+use crate::{Error, decode};
 
 /// Longest announcement file that is read, bytes.
 const MAX_ANNOUNCEMENT: u64 = 64 << 10;
@@ -442,7 +442,7 @@ fn read_announcement(path: &Path) -> AnnouncementState {
     {
         return AnnouncementState::Unreadable;
     }
-    match serde_json::from_str(&text) {
+    match decode::about(text.as_bytes()) {
         Ok(about) => AnnouncementState::Running(Box::new(about)),
         Err(_) => AnnouncementState::Unreadable,
     }

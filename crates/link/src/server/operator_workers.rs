@@ -76,7 +76,7 @@ impl OperatorWorkers {
                 .spawn(move || run_worker(&*subject, &inbox, &receiver))
                 .map_err(Error::Thread)?;
             threads.push(thread);
-            Ok(Some(sender))
+            Ok::<_, Error>(Some(sender))
         };
         let jobs = begin("link-operator", MAX_JOBS)?;
         let reloads = begin("link-reload", RELOADS)?;

@@ -25,6 +25,7 @@ use super::operator_workers::{Job, JobOutcome, OperatorRequest, OperatorWorkers}
 use super::server_session::ServerSession;
 use super::subject::Subject;
 use super::value_reader::ValueReader;
+use crate::decode::{self, Refused};
 use crate::keys::{self, Keys};
 use crate::message::{About, Action, Network, OperateReply, Refusal, Request, VariableInfo};
 
@@ -35,8 +36,6 @@ const IDLE_POLL: Duration = Duration::from_millis(250);
 const MIN_STALL: Duration = Duration::from_millis(250);
 /// Most queries handled in one round.
 const QUERIES_PER_ROUND: usize = 16;
-/// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
-const MAX_REQUEST_BYTES: usize = 1 << 20;
 /// Default number of records in the reply to a query for events.
 const DEFAULT_EVENTS: usize = 100;
 /// Requests to operate per second, from all clients of an origin together: each takes the application's
@@ -439,12 +438,10 @@ pub(super) fn parse_query(query: &Query) -> Result<Request, Refusal> {
 
 /// Reads an untrusted request in JSON.
 pub(super) fn read_request(bytes: &[u8]) -> Result<Request, Refusal> {
-    if bytes.len() > MAX_REQUEST_BYTES {
-        return Err(Refusal::new(format!(
-            "a request has at most {MAX_REQUEST_BYTES} bytes"
-        )));
-    }
-    serde_json::from_slice(bytes).map_err(|error| Refusal::new(format!("the request is not valid: {error}")))
+    decode::request(bytes).map_err(|refused| {
+        let (Refused::Unreadable(reason) | Refused::Nonsense(reason)) = refused;
+        Refusal::new(format!("the request is not valid: {reason}"))
+    })
 }
 
 pub(super) fn reply(query: &Query, key: &str, message: JsonMessage) {

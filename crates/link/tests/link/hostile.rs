@@ -11,6 +11,7 @@ use jde_link::message::{Action, Request};
 use proptest::prelude::*;
 use zenoh::Wait;
 
+use crate::checks;
 use crate::common::{TIMEOUT, TestRuntime, TestSubject, number, raw_session, socket, until, watch, write};
 use crate::processes::ChildProcess;
 
@@ -61,6 +62,15 @@ fn an_application_survives_arbitrary_bytes() {
     assert_eq!(runtime.remote().schemas().unwrap().schemas.len(), 0);
     assert_eq!(subject.actions(), []);
     drop(tokens);
+}
+
+proptest! {
+    #[test]
+    fn readers_of_messages_survive_any_json(
+        json in "(\\[|\\]|\\{|\\}|\"schemas\":|\"groups\":|\"father\":|\"time_s\":|\"line\":|\"number\":|\"name\":|\"x\"|,|1e999|-1|99|null|true){0,60}",
+    ) {
+        checks::messages(json.as_bytes());
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The link over real sockets, between real processes and across network namespaces. No test waits for a
 //! fixed time.
 
+mod checks;
 mod common;
 mod cut;
 mod driving;

@@ -175,17 +175,23 @@ impl Hierarchy {
         rows
     }
 
+    /// Adds the rows of a group. Without recursion, since the file may nest schemas as deep as it likes.
     fn rows_of(&self, group: usize, depth: usize, shown: &mut [bool], rows: &mut Vec<Row>) {
-        rows.push(Row::Group(group, depth));
-        for member in &self.groups[group].members {
-            // A schema is shown once, since the file may make a schema its own father.
-            if std::mem::replace(&mut shown[*member], true) {
-                continue;
+        let mut pending = vec![Row::Group(group, depth)];
+        while let Some(row) = pending.pop() {
+            match row {
+                Row::Group(group, depth) => {
+                    let members = self.groups[group].members.iter().rev();
+                    pending.extend(members.map(|member| Row::Schema(*member, depth + 1)));
+                }
+                // A schema is shown once, since the file may make a schema its own father.
+                Row::Schema(schema, _) if std::mem::replace(&mut shown[schema], true) => continue,
+                Row::Schema(schema, depth) => {
+                    let groups: Vec<_> = self.groups_of(schema).collect();
+                    pending.extend(groups.into_iter().rev().map(|group| Row::Group(group, depth + 1)));
+                }
             }
-            rows.push(Row::Schema(*member, depth + 1));
-            for group in self.groups_of(*member) {
-                self.rows_of(group, depth + 2, shown, rows);
-            }
+            rows.push(row);
         }
     }
 

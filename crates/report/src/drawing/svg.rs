@@ -221,7 +221,7 @@ fn bars(marks: &[Element]) -> Option<(usize, Fill)> {
 }
 
 fn escaped(text: &str) -> String {
-    text.render().into_string()
+    jde_files::escape(text).render().into_string()
 }
 
 /// A number rounded to the two digits that are visible.

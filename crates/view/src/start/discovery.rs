@@ -57,13 +57,17 @@ impl Discovery {
 /// Searches once a second until the result is no longer held.
 fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
     loop {
-        let found = Client::connect(reach).and_then(|client| client.applications());
+        let found = Client::connect(reach).and_then(|client| {
+            let running = client.applications()?;
+            let unanswered = client.unanswered().into_iter().map(|one| one.reason);
+            Ok((running, unanswered.collect::<Vec<_>>().join("; ")))
+        });
         let recordings = files(folders);
         let Some(seen) = results.upgrade() else { return };
         {
             let mut seen = lock(&seen);
             let (running, trouble) = match found {
-                Ok(running) => (running, None),
+                Ok((running, trouble)) => (running, Some(trouble).filter(|trouble| !trouble.is_empty())),
                 Err(error) => (Vec::new(), Some(error.to_string())),
             };
             let now = Discovered {

@@ -95,7 +95,8 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         topic_table(survey).write(out)?;
     }
     if survey.decisions > 0 {
-        writeln!(out, "\n{}", pluralize(survey.decisions, "decision"))?;
+        writeln!(out)?;
+        writeln!(out, "{}", pluralize(survey.decisions, "decision"))?;
         for group in &survey.groups {
             let switches = pluralize(group.switches, "switch");
             let (name, decisions) = (&group.group, group.decisions);

@@ -28,7 +28,7 @@ use clap::Subcommand;
 
 use self::client::{Client, Context};
 use crate::failure::Failure;
-use crate::log::Filter;
+use crate::log::{Filter, Log};
 pub(super) use link::Link;
 
 /// The verbs.
@@ -75,8 +75,8 @@ impl Tool {
             Self::New(new) => new.run(),
             Self::Completions(completions) => completions.run(),
             Self::Man(man) => man.run(),
-            Self::Client(verb) => verb.run(&Context::default()),
-            Self::Shell(shell) => shell.run(),
+            Self::Client(verb) => verb.run(&Context::new(Log::start(filter.unwrap_or_default()))),
+            Self::Shell(shell) => shell.run(Log::start(filter.unwrap_or_default())),
             #[cfg(feature = "view")]
             Self::View(view) => view.run(&Context::default(), filter),
         }

@@ -22,6 +22,7 @@ use crate::cli::print_help;
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::{SignalListener, exit_by_signal};
+use crate::log::Log;
 use crate::terminal::{self, FAINT, TITLE};
 
 /// The most lines of history.
@@ -83,8 +84,8 @@ enum Flow {
 
 impl Shell {
     /// Reads lines and runs them.
-    pub(super) fn run(self) -> Result<(), Failure> {
-        let context = Context::default();
+    pub(super) fn run(self, log: Log) -> Result<(), Failure> {
+        let context = Context::new(log);
         context.target.replace(self.target);
         if terminal::is_interactive() {
             run_interactive(&context)

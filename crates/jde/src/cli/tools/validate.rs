@@ -112,7 +112,8 @@ fn write(file: &Path, findings: &[Finding], out: &mut dyn Write) -> io::Result<(
     for finding in findings {
         if finding.schema != *schema {
             schema = &finding.schema;
-            writeln!(out, "\n{TITLE}{}{TITLE:#}", schema.as_deref().unwrap_or_default())?;
+            writeln!(out)?;
+            writeln!(out, "{TITLE}{}{TITLE:#}", schema.as_deref().unwrap_or_default())?;
         }
         let check = finding.check;
         match &finding.verdict {
@@ -124,9 +125,10 @@ fn write(file: &Path, findings: &[Finding], out: &mut dyn Write) -> io::Result<(
     let count = |is: fn(&Verdict) -> bool| findings.iter().filter(|finding| is(&finding.verdict)).count();
     let ok = count(|verdict| matches!(verdict, Verdict::Ok));
     let failed = count(|verdict| matches!(verdict, Verdict::Failed(_)));
+    writeln!(out)?;
     writeln!(
         out,
-        "\n{ok} ok, {failed} failed, {} skipped",
+        "{ok} ok, {failed} failed, {} skipped",
         findings.len() - ok - failed
     )
 }

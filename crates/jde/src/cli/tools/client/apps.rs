@@ -5,6 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use jde_core::State;
+use jde_link::Unanswered;
 use jde_link::message::{About, Network};
 use jde_records::snapshot::Snapshot;
 use serde::Serialize;
@@ -32,27 +33,35 @@ pub(crate) struct Apps {
 struct ApplicationEntry {
     #[serde(flatten)]
     about: About,
-    /// The winners, from the roots down; `None` if the application does not reply.
+    /// The winners, from the roots down; `None` if the application gives no answer that makes sense.
     acting: Option<Vec<String>>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    problem: Option<String>,
 }
 
 impl Apps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let client = context.client(&self.target)?;
         let abouts = client.applications()?;
+        let unanswered = client.unanswered();
         // Query in parallel: a suspended application must not delay the others.
-        let listed: Vec<ApplicationEntry> = thread::scope(|scope| {
+        let mut listed: Vec<ApplicationEntry> = thread::scope(|scope| {
             let threads: Vec<_> = abouts
                 .into_iter()
                 .map(|about| {
                     let client = &client;
                     scope.spawn(move || {
                         let name = format!("{}@{}", about.name, about.id);
-                        let remote = client.application(Some(&name)).ok();
-                        let snapshot = remote.and_then(|remote| remote.hierarchy().ok());
+                        let found = client.application(Some(&name));
+                        let (acting, problem) = match found.and_then(|remote| remote.hierarchy()) {
+                            Ok(snapshot) => (Some(winners(&snapshot)), None),
+                            Err(error) => (None, Some(error.to_string())),
+                        };
                         ApplicationEntry {
-                            acting: snapshot.as_ref().map(winners),
                             about,
+                            acting,
+                            problem,
                         }
                     })
                 })
@@ -64,21 +73,33 @@ impl Apps {
             });
             joined.collect()
         });
+        // One that has ended meanwhile is neither running nor silent.
+        let running = client.applications()?;
+        let is_running = |entry: &ApplicationEntry| running.iter().any(|about| about.id == entry.about.id);
+        listed.retain(|entry| entry.problem.is_none() || is_running(entry));
         if self.json {
-            return print_json(&listed);
-        }
-        let mut out = terminal::out();
-        if listed.is_empty() {
+            print_json(&listed)?;
+        } else if listed.is_empty() && unanswered.is_empty() {
+            let mut out = terminal::out();
             writeln!(out, "no application runs; start one with `jde run` or `jde demo`")?;
+        } else {
+            let mut out = terminal::out();
+            table(&listed, &unanswered).write(&mut out)?;
+            out.flush()?;
+        }
+        let problems = listed.into_iter().filter_map(|entry| entry.problem);
+        let mut problems: Vec<_> = problems
+            .chain(unanswered.into_iter().map(|one| one.reason))
+            .collect();
+        problems.dedup();
+        if problems.is_empty() {
             return Ok(());
         }
-        table(&listed).write(&mut out)?;
-        out.flush()?;
-        Ok(())
+        Err(Failure::Broken(problems.join("; ")))
     }
 }
 
-fn table(listed: &[ApplicationEntry]) -> Table {
+fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
     let mut table = Table::new([
         ("name", Alignment::Left),
         ("up", Alignment::Right),
@@ -89,7 +110,7 @@ fn table(listed: &[ApplicationEntry]) -> Table {
         ("file", Alignment::Left),
     ]);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    for ApplicationEntry { about, acting } in listed {
+    for ApplicationEntry { about, acting, .. } in listed {
         let same_name = listed
             .iter()
             .filter(|other| other.about.name == about.name)
@@ -100,7 +121,7 @@ fn table(listed: &[ApplicationEntry]) -> Table {
         };
         let up = now.saturating_sub(Duration::from_nanos(about.started_ns));
         let acting = match acting.as_deref() {
-            None => Cell::from("does not reply").styled(WARN),
+            None => Cell::from("no answer").styled(WARN),
             Some([]) => Cell::from("nobody").styled(FAINT),
             Some(names) => Cell::from(names.join(" > ")).styled(GOOD),
         };
@@ -117,6 +138,13 @@ fn table(listed: &[ApplicationEntry]) -> Table {
             })
             .styled(FAINT),
             Cell::from(display_path(about.file.as_ref())).styled(FAINT),
+        ]);
+    }
+    for Unanswered { target, .. } in unanswered {
+        table.add_row([
+            Cell::from(target).styled(TITLE),
+            "".into(),
+            Cell::from("no answer").styled(WARN),
         ]);
     }
     table

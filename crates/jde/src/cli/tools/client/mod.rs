@@ -57,7 +57,7 @@ pub(crate) enum Client {
 impl Client {
     /// Runs the verb.
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        match self {
+        let ran = match self {
             Self::Apps(apps) => apps.run(context),
             Self::Ps(ps) => ps.run(context),
             Self::Top(top) => top.run(context),
@@ -79,6 +79,7 @@ impl Client {
             Self::Continue(go_on) => go_on.run(context),
             Self::Step(step) => step.run(context),
             Self::Record(record) => record.run(context),
-        }
+        };
+        ran.and_then(|()| context.check_answers())
     }
 }

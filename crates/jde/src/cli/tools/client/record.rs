@@ -230,9 +230,10 @@ fn wait_for_end(
             break;
         }
         if live {
+            out.write_all(b"\r")?;
             write!(
                 out,
-                "\r{FAINT}{:>6.1} s  {} messages  {:.1} MB  {} lost{FAINT:#} ",
+                "{FAINT}{:>6.1} s  {} messages  {:.1} MB  {} lost{FAINT:#} ",
                 start.elapsed().as_secs_f64(),
                 status.written,
                 status.bytes as f64 / 1e6,

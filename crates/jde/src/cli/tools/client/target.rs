@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
-use jde_link::{Client, Folders, Login, Reach, Remote, Tls};
+use jde_link::{Client, Folders, Login, Reach, Remote, Tls, Unanswered};
 use serde::Deserialize;
 
 use crate::complete;
 use crate::failure::Failure;
+use crate::log::Log;
 
 /// The application, and where it runs.
 #[derive(Args, Clone, Debug, Default)]
@@ -48,6 +49,10 @@ pub(crate) struct Context {
     pub(crate) target: RefCell<Target>,
     /// The last application, with the options that selected it.
     cached: RefCell<Option<(Selector, Remote)>>,
+    /// The endpoints and applications that gave no answer when it was looked for.
+    unanswered: RefCell<Vec<String>>,
+    /// The log of this process.
+    pub(super) log: Option<Log>,
 }
 
 /// The options that select an application: name, endpoints, key file.
@@ -71,6 +76,29 @@ struct KeyTls {
 }
 
 impl Context {
+    /// Creates a context with the log of this process.
+    pub(crate) fn new(log: Log) -> Self {
+        Self {
+            log: Some(log),
+            ..Self::default()
+        }
+    }
+
+    /// Refuses success to a verb that looked for its application where something gave no answer.
+    ///
+    /// # Errors
+    /// Names what gave no answer. The reasons are in the log.
+    pub(super) fn check_answers(&self) -> Result<(), Failure> {
+        let unanswered = self.unanswered.take();
+        if unanswered.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::Broken(format!(
+            "{} gave no answer, or none that makes sense",
+            unanswered.join(", ")
+        )))
+    }
+
     /// Connects a client that looks for applications.
     pub(crate) fn client(&self, target: &Target) -> Result<Client, Failure> {
         let (_, at, key) = self.selector(target, None);
@@ -100,6 +128,10 @@ impl Context {
         let (app, at, key) = &selector;
         let client = Client::connect(&reach(at, key.as_deref())?)?;
         let remote = client.application(app.as_deref())?;
+        for Unanswered { target, reason } in client.unanswered() {
+            tracing::warn!("{reason}");
+            self.unanswered.borrow_mut().push(target);
+        }
         *self.cached.borrow_mut() = Some((selector, remote.clone()));
         Ok(remote)
     }

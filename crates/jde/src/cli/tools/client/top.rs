@@ -37,9 +37,18 @@ impl Top {
         }
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let title = remote.about().name.clone();
-        let live = RemoteApplication::new(remote)?;
+        let live = RemoteApplication::new(remote, context.log.clone())?;
         let (interrupted, _interrupts) = SignalListener::flag(live.stop_callback())?;
-        let exit_reason = top::run(&live, &title)?;
+        let keep_lines = |keep| {
+            if let Some(log) = &context.log {
+                log.set_buffered(keep);
+            }
+        };
+        // Lines of the log would be written over the picture.
+        keep_lines(true);
+        let exit_reason = top::run(&live, &title);
+        keep_lines(false);
+        let exit_reason = exit_reason?;
         if exit_reason == ExitReason::Ended
             && !interrupted.load(Ordering::Relaxed)
             && let Some(outcome) = live.outcome()

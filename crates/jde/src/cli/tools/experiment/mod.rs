@@ -246,7 +246,8 @@ fn conclude(results: &Results<'_>, file: &Path, json: bool, missing: usize) -> R
     let columns = &results.experiment.columns;
     let comparison = Comparison::of(columns, &results.results);
     table::write(&mut *output, columns, &comparison, terminal::width())?;
-    writeln!(output, "\n{}", display_path(&results.folder.join("report.html")))?;
+    writeln!(output)?;
+    writeln!(output, "{}", display_path(&results.folder.join("report.html")))?;
     output.flush()?;
     if json {
         crate::cli::print_json(&results.counts())?;

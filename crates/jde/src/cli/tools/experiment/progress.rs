@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use jde_experiment::result::{DriveResult, Outcome};
 
+use crate::escape::without_styles;
 use crate::summary::pluralize;
 use crate::terminal::{self, BAD, FAINT};
 
@@ -81,9 +82,10 @@ impl Progress {
         let text = self.text();
         let mut output = terminal::err();
         if self.is_terminal {
-            let width = anstream::adapter::strip_str(&text).to_string().len();
+            let width = without_styles(&text).len();
             // Spaces cover what is left of a longer line.
-            write!(output, "\r{text}{}", " ".repeat(self.width.saturating_sub(width)))?;
+            output.write_all(b"\r")?;
+            write!(output, "{text}{}", " ".repeat(self.width.saturating_sub(width)))?;
             self.width = width;
         } else {
             writeln!(output, "{text}")?;

@@ -10,6 +10,7 @@ use jde_experiment::result::{DriveResult, Outcome};
 use jde_host::Options;
 
 use crate::child;
+use crate::escape::escape_json;
 use crate::failure::Failure;
 use crate::log::{Filter, Log};
 use crate::session::{Extension, RecordOptions, RunContext, start_failure};
@@ -65,7 +66,8 @@ pub(super) fn run(
     }
     output.flush()?;
     if json {
-        writeln!(terminal::raw_out(), "{}", result.to_line(&experiment.columns))?;
+        let line = result.to_line(&experiment.columns);
+        writeln!(terminal::raw_out(), "{}", escape_json(&line))?;
     }
     match result.outcome {
         Outcome::Passed => Ok(()),

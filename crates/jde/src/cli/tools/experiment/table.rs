@@ -3,13 +3,12 @@
 
 use std::io::{self, Write};
 
-use anstyle::Style;
 use jde_experiment::comparison::{Comparison, Paired, Row};
 use jde_experiment::result::{Columns, Outcome};
 use jde_experiment::statistics::{Interval, Share};
 
 use crate::remote::table::{Alignment, Cell, Table};
-use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+use crate::terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
 use crate::top::text::{columns, cut_start};
 
 /// The space between two columns.
@@ -113,10 +112,8 @@ fn write_paired(
         return Ok(());
     }
     let first = cut_start(&comparison.rows[0].name, width.saturating_sub(34).max(LEAST_NAME));
-    writeln!(
-        output,
-        "\n{TITLE}difference from {first}, paired by seed{TITLE:#}"
-    )?;
+    writeln!(output)?;
+    writeln!(output, "{TITLE}difference from {first}, paired by seed{TITLE:#}")?;
     let counts = paired.iter().map(|paired| {
         let (more, less) = (paired.passed_here, paired.passed_first);
         vec![
@@ -369,7 +366,7 @@ mod tests {
         let results: Vec<_> = (0..100 * speeds.len()).map(drive).collect();
         let mut text = Vec::new();
         write(&mut text, &names, &Comparison::of(&names, &results), Some(width)).unwrap();
-        anstream::adapter::strip_str(&String::from_utf8(text).unwrap()).to_string()
+        crate::escape::without_styles(&String::from_utf8(text).unwrap())
     }
 
     #[test]

@@ -8,6 +8,7 @@ use jde_experiment::result::{DriveResult, Outcome};
 use serde::Serialize;
 
 use crate::cli::print_json;
+use crate::escape::escape;
 use crate::failure::{Failure, display_path};
 use crate::summary::pluralize;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter};
@@ -76,11 +77,13 @@ impl Report {
     /// Prints the failures and the sum. Fails unless all of so many tests passed.
     pub(super) fn finish(mut self, tests: usize) -> Result<(), Failure> {
         for failure in &self.failures {
-            write!(self.output, "\n{failure}")?;
+            writeln!(self.output)?;
+            self.output.write_all(failure.as_bytes())?;
         }
         let Counts { passed, failed, .. } = self.counts;
         let style = if failed == 0 { GOOD } else { BAD };
-        writeln!(self.output, "\n{style}{passed} passed, {failed} failed{style:#}")?;
+        writeln!(self.output)?;
+        writeln!(self.output, "{style}{passed} passed, {failed} failed{style:#}")?;
         self.output.flush()?;
         if self.json {
             print_json(&self.counts)?;
@@ -105,7 +108,11 @@ fn test_name(experiment: &Experiment, result: &DriveResult) -> String {
 
 /// What is known about a failure.
 fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult) -> String {
-    let mut text = format!("{TITLE}{name}{TITLE:#}\n  {BAD}{}{BAD:#}\n", result.why);
+    let mut text = format!(
+        "{TITLE}{}{TITLE:#}\n  {BAD}{}{BAD:#}\n",
+        escape(name),
+        escape(&result.why)
+    );
     if let Some(failure) = &result.failure {
         if let Some([x, y, heading]) = failure.pose {
             let degrees = heading.to_degrees();
@@ -115,10 +122,10 @@ fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult
             );
         }
         for selection in &failure.selections {
-            text += &format!("  {FAINT}{selection}{FAINT:#}\n");
+            text += &format!("  {FAINT}{}{FAINT:#}\n", escape(selection));
         }
     }
-    let file = display_path(&experiment.file);
+    let file = escape(&display_path(&experiment.file));
     let seed = task
         .seed
         .map_or_else(String::new, |seed| format!(" --seed {seed}"));
