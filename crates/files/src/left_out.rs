@@ -35,6 +35,31 @@ impl LeftOut {
         }
     }
 
+    /// Counts a thing as [`Self::add`] does, under the reason that the first thing of this name had. For reasons that differ in
+    /// numbers from message to message.
+    pub fn add_again(&mut self, what: impl Display, why: impl Display) {
+        let what = what.to_string();
+        let mut known = self.named.range_mut((what.clone(), String::new())..);
+        match known.next().filter(|((name, _), _)| *name == what) {
+            Some((_, times)) => times.count += 1,
+            None => self.add(what, None, why),
+        }
+    }
+
+    /// Adds what another reader has left out.
+    pub fn extend(&mut self, others: &Self) {
+        for (key, more) in &others.named {
+            if let Some(times) = self.named.get_mut(key) {
+                times.count += more.count;
+            } else if self.named.len() < MAX_NAMED {
+                self.named.insert(key.clone(), more.clone());
+            } else {
+                self.others += more.count;
+            }
+        }
+        self.others += others.others;
+    }
+
     /// Whether nothing is left out.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -84,6 +109,24 @@ mod tests {
             ]
         );
         assert_eq!(left_out.count(), 4);
+    }
+
+    #[test]
+    fn the_first_reason_stands_for_others_of_the_same_thing() {
+        let mut left_out = LeftOut::default();
+        left_out.add_again("a message of /map", "it has 300 cells");
+        left_out.add_again("a message of /map", "it has 400 cells");
+        left_out.add_again("a message of /ma", "it is cut off");
+        let mut whole = left_out.clone();
+        whole.extend(&left_out);
+        let lines: Vec<_> = whole.lines().collect();
+        assert_eq!(
+            lines,
+            [
+                "a message of /ma is left out: it is cut off (2 times)",
+                "a message of /map is left out: it has 300 cells (4 times)"
+            ]
+        );
     }
 
     #[test]

@@ -1,8 +1,7 @@
-//! Converts laser scans of ROS 2, with any number of beams, to the bounded scans of schemas: adjacent beams
-//! are replaced by their nearest, so that no obstacle is lost.
+//! Laser scans of ROS 2, which have any number of beams, as the bounded scans of schemas.
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Echo, Unmeasured, check_beams};
+use jde_schema::types::{Beams, Unmeasured};
 
 /// A scan of up to 16384 beams.
 #[derive(Clone, Copy, Debug, Value)]
@@ -27,43 +26,16 @@ impl Sweep {
     /// # Errors
     /// Why it is no scan.
     pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), Unmeasured> {
-        let angles = [self.angle_min, self.angle_max, self.angle_increment];
-        check_beams(angles, [self.range_min, self.range_max], &self.ranges)?;
-        let group_size = self.ranges.len().div_ceil(Seq::<f32, 1088>::CAPACITY).max(1);
-        let size = group_size as f32;
-        scan.header = self.header;
-        scan.angle_min = self.angle_min + yaw + self.angle_increment * (size - 1.0) / 2.0;
-        scan.angle_increment = self.angle_increment * size;
-        scan.time_increment = self.time_increment * size;
-        scan.scan_time = self.scan_time;
-        scan.range_min = self.range_min;
-        scan.range_max = self.range_max;
-        scan.ranges.clear();
-        scan.intensities.clear();
-        for (group, ranges) in self.ranges.chunks(group_size).enumerate() {
-            let (nearest, range) = self.nearest(ranges);
-            // The size of the groups ensures that they fit.
-            let _ = scan.ranges.push(range);
-            if let Some(intensity) = self.intensities.get(group * group_size + nearest) {
-                let _ = scan.intensities.push(*intensity);
-            }
-        }
-        scan.state_last_angle();
-        Ok(())
-    }
-
-    /// Returns the nearest of these ranges and its index. Those of objects precede others.
-    fn nearest(&self, ranges: &[f32]) -> (usize, f32) {
-        let rank = |range: f32| match Echo::of(range, self.range_min, self.range_max) {
-            Echo::Hit(_) | Echo::TooClose => 0,
-            Echo::Free => 1,
-            Echo::Nothing => 2,
+        let beams = Beams {
+            header: self.header,
+            angles: [self.angle_min, self.angle_max, self.angle_increment],
+            time_increment: self.time_increment,
+            scan_time: self.scan_time,
+            limits: [self.range_min, self.range_max],
+            ranges: &self.ranges,
+            intensities: &self.intensities,
         };
-        let order = |a: &(usize, &f32), b: &(usize, &f32)| {
-            rank(*a.1).cmp(&rank(*b.1)).then_with(|| a.1.total_cmp(b.1))
-        };
-        let nearest = ranges.iter().enumerate().min_by(order);
-        nearest.map_or((0, f32::NAN), |(index, range)| (index, *range))
+        beams.write_to(yaw, scan)
     }
 }
 

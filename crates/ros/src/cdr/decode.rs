@@ -3,7 +3,7 @@
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::Error;
-use super::pieces::Pieces;
+use super::pieces::{OnCut, Pieces};
 use crate::definition::texts;
 
 /// Returns the bytes of the value in a message. Bytes that no field has are zero.
@@ -42,6 +42,33 @@ pub fn decode_pieces(value_type: &Type, pieces: &[&[u8]], value: &mut [u8]) -> R
         value_type.name
     );
     let mut reader = Pieces::new(pieces)?;
+    structure(value_type, value, &mut reader)?;
+    reader.finish()
+}
+
+/// As [`decode_into`], for a message of another program, which knows no capacities: texts that are longer than theirs are
+/// cut between two characters, and `on_cut` is told of each.
+///
+/// # Errors
+/// As for that.
+///
+/// # Panics
+/// As for that.
+pub fn decode_cutting<'a>(
+    value_type: &Type,
+    message: &'a [u8],
+    value: &mut [u8],
+    on_cut: &'a mut OnCut<'a>,
+) -> Result<(), Error> {
+    assert_eq!(
+        value.len(),
+        value_type.bytes,
+        "the bytes of a `{}`",
+        value_type.name
+    );
+    let pieces = [message];
+    let mut reader = Pieces::new(&pieces)?;
+    reader.on_cut = Some(on_cut);
     structure(value_type, value, &mut reader)?;
     reader.finish()
 }
@@ -98,14 +125,30 @@ fn text(field: &Field, capacity: usize, target: &mut [u8], reader: &mut Pieces<'
     let with_nul = reader.length(&field.name)?;
     reader.expect(with_nul, &field.name)?;
     let length = with_nul.checked_sub(1).ok_or_else(is_none)?;
-    fits(field, length, capacity)?;
+    let kept = match &mut reader.on_cut {
+        Some(on_cut) if length > capacity => {
+            on_cut(&field.name, capacity);
+            capacity
+        }
+        _ => {
+            fits(field, length, capacity)?;
+            length
+        }
+    };
     let mut nul = [0xff];
-    reader.fill(1, &mut target[..length], &field.name)?;
+    reader.fill(1, &mut target[..kept], &field.name)?;
+    reader.skip(length - kept, &field.name)?;
     reader.fill(1, &mut nul, &field.name)?;
-    if nul != [0] || std::str::from_utf8(&target[..length]).is_err() {
+    let end = match std::str::from_utf8(&target[..kept]) {
+        Ok(_) => kept,
+        // The cut is within a character.
+        Err(error) if kept < length && error.error_len().is_none() => error.valid_up_to(),
+        Err(_) => return Err(is_none()),
+    };
+    if nul != [0] {
         return Err(is_none());
     }
-    Ok(length)
+    Ok(end)
 }
 
 fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut Pieces<'_>, field: &str) -> Result<(), Error> {

@@ -12,8 +12,9 @@ mod pieces;
 mod reader;
 mod writer;
 
-pub use decode::{decode, decode_into, decode_pieces};
+pub use decode::{decode, decode_cutting, decode_into, decode_pieces};
 pub use encode::{Uncopied, encode, encode_in_place};
+pub use pieces::OnCut;
 pub use reader::Reader;
 pub use writer::Writer;
 

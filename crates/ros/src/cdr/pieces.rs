@@ -10,7 +10,12 @@ pub(super) struct Pieces<'a> {
     position: usize,
     /// Bytes to the end of the message.
     left: usize,
+    /// Told of each text that is cut to its capacity; without it such a text is an error.
+    pub(super) on_cut: Option<&'a mut OnCut<'a>>,
 }
+
+/// Told of a text that is longer than its capacity: the name of the field, and the capacity in bytes.
+pub type OnCut<'a> = dyn FnMut(&str, usize) + 'a;
 
 impl<'a> Pieces<'a> {
     /// Begins with the first field of a message.
@@ -23,6 +28,7 @@ impl<'a> Pieces<'a> {
             further: pieces,
             position: 0,
             left: pieces.iter().map(|piece| piece.len()).sum(),
+            on_cut: None,
         };
         let mut head = ENCAPSULATION;
         let length = head.len().min(this.left);
@@ -72,6 +78,21 @@ impl<'a> Pieces<'a> {
     /// [`Error::Long`].
     pub(super) fn finish(self) -> Result<(), Error> {
         Error::check_surplus(self.left)
+    }
+
+    /// Passes over bytes.
+    ///
+    /// # Errors
+    /// [`Error::Truncated`].
+    pub(super) fn skip(&mut self, mut bytes: usize, field: &str) -> Result<(), Error> {
+        self.expect(bytes, field)?;
+        let mut passed = [0; 64];
+        while bytes > 0 {
+            let count = bytes.min(passed.len());
+            self.copy(&mut passed[..count]);
+            bytes -= count;
+        }
+        Ok(())
     }
 
     /// Copies the next bytes, which exist.

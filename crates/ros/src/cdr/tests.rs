@@ -328,3 +328,30 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_text_that_is_too_long_is_cut_between_characters_on_request() {
+    let frame = format!("{}äb", "a".repeat(51));
+    let mut message = vec![0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0];
+    message.extend(u32::try_from(frame.len() + 1).unwrap().to_le_bytes());
+    message.extend(frame.as_bytes());
+    message.push(0);
+    let header = Header::describe();
+    let mut value = vec![0; header.bytes];
+    assert!(matches!(
+        decode_into(&header, &message, &mut value),
+        Err(Error::Capacity { .. })
+    ));
+    let mut cuts = Vec::new();
+    let mut on_cut = |field: &str, capacity: usize| cuts.push((field.to_owned(), capacity));
+    decode_cutting(&header, &message, &mut value, &mut on_cut).unwrap();
+    assert_eq!(cuts, [("frame_id".to_owned(), 52)]);
+    let header = Header::from_bytes(&value).unwrap();
+    assert_eq!(header.frame_id.as_str(), "a".repeat(51));
+    assert_eq!(header.stamp.nanosec, 2);
+    for cut in 12..message.len() {
+        let mut value = vec![0; value.len()];
+        let short = decode_cutting(&Header::describe(), &message[..cut], &mut value, &mut |_, _| ());
+        assert!(short.is_err(), "{cut}");
+    }
+}
