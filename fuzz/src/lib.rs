@@ -8,6 +8,8 @@ mod checks;
 mod log;
 #[path = "../../crates/link/tests/link/checks.rs"]
 mod link;
+#[path = "../../crates/log/tests/it/checks.rs"]
+mod recordings;
 #[path = "../../crates/panel/tests/it/checks.rs"]
 mod panel;
 #[path = "../../crates/player/tests/it/checks.rs"]
@@ -25,6 +27,11 @@ pub fn calibration(data: &[u8]) {
 /// Checks the readers of the link's messages with arbitrary bytes.
 pub fn link(data: &[u8]) {
     link::messages(data);
+}
+
+/// Checks the reader of recordings with the bytes of a file.
+pub fn recording(data: &[u8]) {
+    recordings::recording(data);
 }
 
 /// Checks the receiver of packets with a stream of bytes.

@@ -55,7 +55,7 @@ pub enum Access {
 /// The description of a variable to be declared.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// The schema that owns it: its name space.
+    /// The schema that owns it: its name space. Empty for the topic of another program whose name has one part.
     pub owner: String,
     /// Its name in that name space.
     pub name: String,
@@ -79,20 +79,20 @@ pub struct Declaration {
 }
 
 impl Declaration {
-    /// Returns `owner.name`.
+    /// Returns `owner.name`, or the name alone if there is no owner.
     #[must_use]
     pub fn full_name(&self) -> String {
-        format!("{}.{}", self.owner, self.name)
+        match self.owner.as_str() {
+            "" => self.name.clone(),
+            owner => format!("{owner}.{}", self.name),
+        }
     }
 
     /// Refuses an invalid declaration. `finite` lists the floats that must be finite, if any.
     pub(crate) fn check(&self, finite: Option<&Finite>) -> Result<(), Error> {
         let variable = self.full_name();
-        if self.owner.is_empty() || self.name.is_empty() {
-            return Err(Error::Unnamed {
-                owner: self.owner.clone(),
-                name: self.name.clone(),
-            });
+        if self.name.is_empty() {
+            return Err(Error::Unnamed(self.owner.clone()));
         }
         if self.writers.saturating_add(self.readers) > Cell::MAX_USERS {
             return Err(Error::TooMany {

@@ -6,14 +6,9 @@ pub enum Error {
     /// The name is in use.
     #[error("variable `{0}` is already declared; a schema has one variable of a name")]
     Duplicate(String),
-    /// A part of the name is empty.
-    #[error("variable `{owner}.{name}` needs both an owner and a name")]
-    Unnamed {
-        /// The owner, as given.
-        owner: String,
-        /// The name, as given.
-        name: String,
-    },
+    /// The name is empty. States the owner.
+    #[error("a variable of `{0}` has no name")]
+    Unnamed(String),
     /// No such variable.
     #[error("there is no variable `{name}`{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Unknown {

@@ -5,9 +5,11 @@
 //! including one that a power cut left incomplete. A robot never waits for a recording: messages that cannot
 //! be recorded are counted and reported. This crate decides nothing and prints nothing.
 
+mod bag;
+mod common;
 #[cfg(feature = "record")]
 mod error;
-mod left_out;
+mod foreign;
 #[cfg(feature = "host")]
 mod mock;
 #[cfg(feature = "record")]
@@ -39,7 +41,8 @@ mod writer_thread;
 
 #[cfg(feature = "record")]
 pub use error::Error;
-pub use left_out::LeftOut;
+pub use foreign::Error as DecodeError;
+pub use jde_files::LeftOut;
 #[cfg(feature = "host")]
 pub use mock::mock;
 #[cfg(feature = "record")]
@@ -58,4 +61,4 @@ pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, SchemaProblems, Surve
 #[cfg(feature = "record")]
 pub use topic::{Stamps, Topic};
 pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema};
-pub use variable::{RecordedVariable, recorded_variables, undecodable_topics, value_type};
+pub use variable::{RecordedVariable, RecordedVariables, value_type};

@@ -39,7 +39,7 @@ pub fn mock(drive: &Drive, recorded: &str, instance: &InstanceConfig) -> Result<
             continue;
         };
         found = true;
-        if channel.definition != definition::definition(&port.value_type).as_bytes() {
+        if *channel.definition != *definition::definition(&port.value_type).as_bytes() {
             return Err(incomplete(format!(
                 "the definition of `{recorded}.{}` (a {}) in it differs from that of {} in the application",
                 port.name, channel.type_name, port.value_type.name

@@ -11,6 +11,7 @@ use jde_files::LeftOut;
 use mcap::records::{Record, op};
 use serde::Serialize;
 
+use crate::bag;
 use crate::recording::scan;
 
 /// The name of the metadata with the mark of a part.
@@ -22,10 +23,8 @@ pub(crate) const BEGINS: &str = "jde/part/begins";
 pub(crate) const BYTE: &str = "byte";
 /// The name of the metadata with the gap before a part.
 pub(crate) const GAP: &str = "jde/part/gap";
-/// The file name extension of a recording in a folder.
+/// The file name extension of MCAP files.
 const EXTENSION: &str = "mcap";
-/// The file that makes a folder a bag of ROS 2.
-const BAG: &str = "metadata.yaml";
 /// The largest size of a metadata record up to the mark, in bytes.
 const MAX_METADATA_BYTES: u64 = 1 << 20;
 
@@ -165,6 +164,8 @@ impl Found {
             Ok(mark) => Some(mark),
             // It was deleted meanwhile.
             Err(error) if error.kind() == ErrorKind::NotFound => None,
+            // Databases and packed files have no marks.
+            Err(error) if error.kind() == ErrorKind::InvalidData && !has_extension(path) => Some(None),
             Err(error) => {
                 self.left_out.add(path.display(), None, &error);
                 self.first_unread.get_or_insert((path.to_owned(), error));
@@ -174,29 +175,15 @@ impl Found {
     }
 }
 
-/// Finds the recordings that `path` denotes. A file denotes itself and
-/// the other parts of its recording in its folder. A folder denotes the recordings in it, and that of a bag of ROS 2
-/// without marks one recording. The name from which parts were numbered denotes the parts of the newest recording.
+/// Finds the recordings that `path` denotes, each with its files in their order. A file denotes itself and
+/// the other parts of its recording in its folder. A folder denotes the recordings in it. The name from which parts were
+/// numbered denotes the parts of the newest recording.
 ///
 /// # Errors
 /// The folder cannot be read.
 pub(crate) fn find_recordings(path: &Path) -> io::Result<Found> {
     if path.is_dir() {
-        let is_mcap = |path: &Path| path.extension().is_some_and(|extension| extension == EXTENSION);
-        if path.join(BAG).is_file() {
-            let mut files: Vec<_> = listed(path)?.into_iter().filter(|path| is_mcap(path)).collect();
-            // Tools of ROS 2 describe folders of recordings that are marked, too.
-            let is_marked = |path: &PathBuf| matches!(Mark::read(path), Ok(Some(_)));
-            if !files.iter().any(is_marked) {
-                // `bag_10` is behind `bag_9`.
-                files.sort_by_key(|file| file.as_os_str().len());
-                let mut found = Found::default();
-                files.retain(|path| found.mark(path).is_some());
-                found.recordings.extend((!files.is_empty()).then_some(files));
-                return Ok(found);
-            }
-        }
-        return find_in_folder(path, is_mcap);
+        return find_in_folder(path, bag::is_recording);
     }
     if !path.exists() {
         let (parts, left_out) = find_parts(path)?;
@@ -302,6 +289,11 @@ fn folder_of(parent: &Path) -> &Path {
     } else {
         parent
     }
+}
+
+/// Whether a file is one in MCAP by its name.
+fn has_extension(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == EXTENSION)
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

@@ -9,7 +9,7 @@ use jde_records::{EventRecord, RunRecord};
 use serde::Serialize;
 
 use crate::part::Gap;
-use crate::{Message, ReadError, Recording, record};
+use crate::{Damage, Message, ReadError, RecordedVariables, Recording, record};
 
 /// The largest number of schemas whose problems are reported, which is the largest number of schemas of an
 /// application.
@@ -54,7 +54,7 @@ pub struct Survey {
     /// The times of which it has nothing, because the disk did not accept it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gaps: Vec<Gap>,
-    /// What was left out, and why.
+    /// What of it cannot be read as variables: files, topics and messages, each with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
     /// Where the recording ends too early, if it does.
@@ -140,10 +140,16 @@ pub struct SchemaProblems {
 /// Where a recording ends too early.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damaged {
-    /// The number of intact bytes from the beginning of the file.
-    pub offset: u64,
+    /// The number of intact bytes from the beginning of the file; none for a database.
+    pub offset: Option<u64>,
     /// What is wrong after them.
     pub reason: String,
+}
+
+impl From<Damage> for Damaged {
+    fn from(Damage { offset, reason }: Damage) -> Self {
+        Self { offset, reason }
+    }
 }
 
 impl Survey {
@@ -153,12 +159,19 @@ impl Survey {
     /// [`ReadError::File`]. Damage is not an error.
     pub fn of(recording: &Recording) -> Result<Self, ReadError> {
         let mut survey = Self::begin(recording)?;
+        let variables = RecordedVariables::of(recording);
+        let mut left_out = variables.left_out().clone();
+        let mut value = Vec::new();
         for message in recording.messages()? {
             match message {
-                Ok(message) => survey.add(&message),
+                Ok(message) => {
+                    survey.add(&message);
+                    variables.check(&message, &mut value, &mut left_out);
+                }
                 Err(error) => survey.end_with(error)?,
             }
         }
+        survey.left_out = left_out.lines().collect();
         survey.finish();
         Ok(survey)
     }
@@ -208,11 +221,7 @@ impl Survey {
                 .collect(),
             attachments: recording.attachments().map(str::to_owned).collect(),
             gaps: recording.gaps().to_vec(),
-            left_out: recording.left_out().lines().collect(),
-            damage: recording.damage().map(|damage| Damaged {
-                offset: damage.offset,
-                reason: damage.reason.clone(),
-            }),
+            damage: recording.damage().cloned().map(Damaged::from),
             ..Self::default()
         })
     }
@@ -223,12 +232,12 @@ impl Survey {
     /// The error, unless it is damage.
     pub fn end_with(&mut self, error: ReadError) -> Result<(), ReadError> {
         match error {
-            ReadError::Damaged { offset, reason, .. } => {
-                self.damage = Some(Damaged { offset, reason });
+            ReadError::Damaged { damage, .. } => {
+                self.damage = Some(damage.into());
                 Ok(())
             }
             ReadError::File { .. }
-            | ReadError::NotMcap(_)
+            | ReadError::NotRecording(_)
             | ReadError::Empty(_)
             | ReadError::Ambiguous { .. } => Err(error),
         }

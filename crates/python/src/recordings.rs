@@ -1,16 +1,14 @@
 //! Recordings as arrays. Their format and their damage are the concern of `jde-log`.
 
 use std::collections::BTreeMap;
+use std::ffi::CString;
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use jde_abi::describe::Type;
 use jde_board::value::get_path;
 use jde_embed::split_name;
-use jde_log::{RecordedVariable, Recording, recorded_variables};
+use jde_log::{LeftOut, RecordedVariable, RecordedVariables, Recording};
 use jde_report::{Analysis, Picture, Series, Wanted};
-use jde_ros::cdr;
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -22,8 +20,10 @@ use crate::values::dtype;
 #[pyclass(frozen, module = "jde", name = "Recording")]
 pub(crate) struct OpenRecording {
     recording: Recording,
-    /// The variables and their topics, by their full names.
-    variables: BTreeMap<String, (String, RecordedVariable)>,
+    /// The variables, by their full names.
+    variables: BTreeMap<String, RecordedVariable>,
+    /// The variables by their channels, and what is none.
+    all: RecordedVariables,
 }
 
 #[pymethods]
@@ -33,10 +33,13 @@ impl OpenRecording {
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| {
             let recording = Recording::open(&path).map_err(error)?;
-            let variables = recorded_variables(&recording).into_iter();
-            let variables = variables.map(|(topic, variable)| (variable.name.clone(), (topic, variable)));
+            let all = RecordedVariables::of(&recording);
+            let variables = all
+                .iter()
+                .map(|variable| (variable.name.clone(), variable.clone()));
             Ok(Self {
                 variables: variables.collect(),
+                all,
                 recording,
             })
         })
@@ -54,35 +57,60 @@ impl OpenRecording {
         self.recording.damage().map(|damage| damage.reason.as_str())
     }
 
+    /// The files and topics that cannot be read, each with the reason.
+    #[getter]
+    fn left_out(&self) -> Vec<String> {
+        self.all.left_out().lines().collect()
+    }
+
     /// The names of the variables, and of their types.
     #[getter]
     fn variables(&self) -> BTreeMap<&str, &str> {
         let variables = self.variables.iter();
         variables
-            .map(|(name, (_, variable))| (name.as_str(), variable.value_type.name.as_str()))
+            .map(|(name, variable)| (name.as_str(), variable.value_type.name.as_str()))
             .collect()
     }
 
-    /// Returns the times, ns since the start, the values and the `dtype` of a variable.
+    /// Returns the times, ns since the start, the values and the `dtype` of a variable. Warns of messages that are none.
     fn series<'py>(
         &self,
         py: Python<'py>,
         name: &str,
     ) -> PyResult<(Vec<u64>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
-        let (_, topic, value_type, _) = self.find(name)?;
+        let (_, variable, _) = self.find(name)?;
         let start = self.start();
-        let (times, bytes) = py.detach(|| {
-            let (mut times, mut bytes) = (Vec::new(), Vec::new());
+        let (times, bytes, left_out) = py.detach(|| {
+            let (mut times, mut bytes, mut left_out) = (Vec::new(), Vec::new(), LeftOut::default());
             for message in self.recording.messages().map_err(error)? {
                 let message = message.map_err(error)?;
-                if message.channel.topic == *topic {
-                    bytes.extend(cdr::decode(value_type, &message.data).map_err(error)?);
-                    times.push(message.publish_time.saturating_sub(start));
+                let of = self.all.get(&message.channel);
+                if of.is_none_or(|of| of.name != variable.name) {
+                    continue;
+                }
+                match variable.decode(&message.data, &mut left_out) {
+                    Ok(value) => {
+                        bytes.extend(value);
+                        times.push(message.publish_time.saturating_sub(start));
+                    }
+                    Err(reason) if variable.is_foreign() => {
+                        left_out.add_again(format_args!("a message of {}", variable.topic), reason);
+                    }
+                    Err(reason) => return Err(error(reason)),
                 }
             }
-            Ok::<_, PyErr>((times, bytes))
+            Ok::<_, PyErr>((times, bytes, left_out))
         })?;
-        Ok((times, PyBytes::new(py, &bytes), dtype(py, value_type)?.into_any()))
+        for line in left_out.lines() {
+            // A topic may have any name.
+            let line = CString::new(line.replace('\0', "?"))?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &line, 1)?;
+        }
+        Ok((
+            times,
+            PyBytes::new(py, &bytes),
+            dtype(py, &variable.value_type)?.into_any(),
+        ))
     }
 
     /// Returns the records of a kind: `decisions`, `states` or `events`.
@@ -135,11 +163,11 @@ impl OpenRecording {
             .unwrap_or_default()
     }
 
-    /// Returns the variable at the front of a name, its topic and its type, and the path after it.
-    fn find<'n>(&self, name: &'n str) -> PyResult<(&'n str, &String, &Arc<Type>, &'n str)> {
+    /// Returns the variable at the front of a name, with its name, and the path after it.
+    fn find<'n>(&self, name: &'n str) -> PyResult<(&'n str, &RecordedVariable, &'n str)> {
         let found = split_name(name, |variable| Some((variable, self.variables.get(variable)?)));
         match found {
-            Some(((variable, (topic, recorded)), path)) => Ok((variable, topic, &recorded.value_type, path)),
+            Some(((variable, recorded), path)) => Ok((variable, recorded, path)),
             None => {
                 let known: Vec<_> = self.variables.keys().map(String::as_str).collect();
                 let message = format!("the recording has no `{name}`, but {}", known.join(", "));
@@ -149,16 +177,16 @@ impl OpenRecording {
     }
 
     fn number(&self, name: &str) -> PyResult<Series> {
-        let (variable, topic, value_type, path) = self.find(name)?;
-        let (value_type, path) = (Arc::clone(value_type), path.to_owned());
+        let (variable, recorded, path) = self.find(name)?;
+        let (recorded, path) = (recorded.clone(), path.to_owned());
         Ok(Series {
-            topic: topic.clone(),
+            topic: recorded.topic.clone(),
             variable: variable.to_owned(),
             name: name.to_owned(),
             unit: String::new(),
             number: Box::new(move |message| {
-                let bytes = cdr::decode(&value_type, message)?;
-                let value = get_path(&value_type, &bytes, &path).ok();
+                let bytes = recorded.decode(message, &mut LeftOut::default())?;
+                let value = get_path(&recorded.value_type, &bytes, &path).ok();
                 Ok(value.and_then(|value| value.into_only_field().as_number()))
             }),
         })

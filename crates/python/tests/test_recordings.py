@@ -59,5 +59,5 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     with pytest.raises(jde.Error, match="No such file"):
         jde.open(file)
     file.write_text("no recording")
-    with pytest.raises(jde.Error, match="no MCAP file"):
+    with pytest.raises(jde.Error, match="no MCAP file and no bag"):
         jde.open(file)

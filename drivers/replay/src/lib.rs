@@ -201,6 +201,9 @@ impl Schema for Recording {
         if let Some(damage) = reader.damage() {
             warn!(cx, "{damage}; only the part before is played");
         }
+        for line in reader.left_out().lines() {
+            warn!(cx, "{line}");
+        }
         info!(cx, "{} s of {}", reader.length().as_secs_f64(), outputs.names());
         self.player = Some(Player {
             playhead: Playhead::new(cx.now(), reader.length()),
@@ -227,6 +230,9 @@ impl Schema for Recording {
             repeat: self.repeat.get(cx).get(),
         });
         let played = self.play(cx, &mut player, plan);
+        for line in player.outputs.take_left_out() {
+            warn!(cx, "{line}");
+        }
         self.export_state(cx, &player);
         self.player = Some(player);
         played
@@ -331,11 +337,8 @@ impl Recording {
         let published = player.playhead.time_of(message.at, cx.now());
         let (output, bytes) = match player.outputs.read(message) {
             Some(Ok(decoded)) => decoded,
-            Some(Err(error)) => {
+            Some(Err(_)) => {
                 player.spoilt += 1;
-                if player.spoilt == 1 {
-                    warn!(cx, "a message of {} is left out: {error}", message.topic());
-                }
                 return;
             }
             None => return,

@@ -1,14 +1,11 @@
 //! Assigns topics to sensors. It decodes messages and publishes none.
 
-use jde_log::Channel;
-use jde_ros::{cdr, definition};
+use jde_log::{Channel, DecodeError, LeftOut, RecordedVariable};
+use jde_ros::definition;
 use jde_schema::Error;
 use jde_schema::types::{Text, Value};
 
 use crate::reader::{RecordingReader, TimedMessage};
-
-/// Decodes a message into the bytes of a value.
-type Decode = Box<dyn Fn(&[u8], &mut [u8]) -> Result<(), cdr::Error> + Send>;
 
 /// The sensors of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,12 +30,16 @@ pub(crate) enum Output {
 #[derive(Default)]
 pub(crate) struct Outputs {
     channels: Vec<OutputChannel>,
+    /// What of messages was not read, in lines, the first of each topic.
+    left_out: Vec<String>,
 }
 
 struct OutputChannel {
-    topic: String,
+    variable: RecordedVariable,
     output: Output,
-    decode: Decode,
+    /// Whether something of its messages was not read, and whether a whole one was not.
+    is_cut: bool,
+    is_spoilt: bool,
     /// A reused buffer.
     bytes: Vec<u8>,
 }
@@ -64,6 +65,9 @@ impl Outputs {
             Ok(recorded) if !definition::has_fields(&definition::definition(&recorded), &value_type) => {
                 Some(format!("is a {name} with other fields"))
             }
+            Ok(_) if reader.variable(channel).is_none() => Some(
+                "cannot be played: the topic also has messages of another type, which are read".to_owned(),
+            ),
             Ok(_) => None,
         };
         let found = if topic.is_empty() {
@@ -83,11 +87,13 @@ impl Outputs {
             }
             Some(named)
         };
-        self.channels.extend(found.map(|channel| OutputChannel {
-            topic: channel.topic.clone(),
+        let variable = found.and_then(|channel| reader.variable(channel));
+        self.channels.extend(variable.map(|variable| OutputChannel {
             output,
+            is_cut: false,
+            is_spoilt: false,
             bytes: vec![0; value_type.bytes],
-            decode: Box::new(move |message, bytes| cdr::decode_into(&value_type, message, bytes)),
+            variable: variable.with_type(value_type),
         }));
         Ok(())
     }
@@ -97,12 +103,23 @@ impl Outputs {
     }
 
     pub(crate) fn has(&self, topic: &str) -> bool {
-        self.channels.iter().any(|channel| channel.topic == topic)
+        self.channels
+            .iter()
+            .any(|channel| channel.variable.topic == topic)
+    }
+
+    /// Returns what of messages was not read since the last call, in lines, once for each topic.
+    pub(crate) fn take_left_out(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.left_out)
     }
 
     /// Lists the topics.
     pub(crate) fn names(&self) -> String {
-        let names: Vec<_> = self.channels.iter().map(|channel| &*channel.topic).collect();
+        let names: Vec<_> = self
+            .channels
+            .iter()
+            .map(|channel| &*channel.variable.topic)
+            .collect();
         names.join(", ")
     }
 
@@ -110,10 +127,23 @@ impl Outputs {
     ///
     /// # Errors
     /// It does not match its type.
-    pub(crate) fn read(&mut self, message: &TimedMessage) -> Option<Result<(Output, &[u8]), cdr::Error>> {
+    pub(crate) fn read(&mut self, message: &TimedMessage) -> Option<Result<(Output, &[u8]), DecodeError>> {
         let mut channels = self.channels.iter_mut();
-        let channel = channels.find(|channel| channel.topic == message.topic())?;
-        let decoded = (channel.decode)(&message.message.data, &mut channel.bytes);
+        let channel = channels.find(|channel| channel.variable.topic == message.topic())?;
+        let data = &message.message.data;
+        let mut left_out = LeftOut::default();
+        let decoded = channel
+            .variable
+            .decode_into(data, &mut channel.bytes, &mut left_out);
+        if !left_out.is_empty() && !std::mem::replace(&mut channel.is_cut, true) {
+            self.left_out.extend(left_out.lines());
+        }
+        if let Err(error) = &decoded
+            && !std::mem::replace(&mut channel.is_spoilt, true)
+        {
+            self.left_out
+                .push(format!("a message of {} is left out: {error}", message.topic()));
+        }
         Some(decoded.map(|()| (channel.output, &*channel.bytes)))
     }
 }

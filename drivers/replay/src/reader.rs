@@ -5,7 +5,9 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use jde_log::{Channel, Message, Messages, ReadError, Recording};
+use jde_log::{
+    Channel, LeftOut, Message, Messages, ReadError, RecordedVariable, RecordedVariables, Recording,
+};
 use jde_schema::types::Time;
 
 /// The time before a position in which the last values are searched.
@@ -18,6 +20,7 @@ const MAX_AGE: Duration = Duration::from_secs(10);
 pub(crate) struct RecordingReader {
     path: String,
     recording: Recording,
+    variables: RecordedVariables,
     start: u64,
     length: Duration,
     messages: Messages,
@@ -49,6 +52,7 @@ impl RecordingReader {
         Ok(Self {
             path: path.to_owned(),
             messages: recording.messages()?,
+            variables: RecordedVariables::of(&recording),
             recording,
             start,
             length: Duration::from_nanos(end.saturating_sub(start)),
@@ -67,10 +71,17 @@ impl RecordingReader {
     /// Describes where the recording is damaged.
     pub(crate) fn damage(&self) -> Option<String> {
         let damage = self.recording.damage()?;
-        Some(format!(
-            "{} is damaged behind byte {}: {}",
-            self.path, damage.offset, damage.reason
-        ))
+        Some(format!("{} is damaged {damage}", self.path))
+    }
+
+    /// Returns the variable of a channel, if its values can be read.
+    pub(crate) fn variable(&self, channel: &Channel) -> Option<&RecordedVariable> {
+        self.variables.get(channel)
+    }
+
+    /// Returns the files and topics that cannot be read.
+    pub(crate) fn left_out(&self) -> &LeftOut {
+        self.variables.left_out()
     }
 
     pub(crate) fn channels(&self) -> impl Iterator<Item = &Channel> {
@@ -132,7 +143,7 @@ impl RecordingReader {
                 Err(ReadError::Damaged { .. }) => return Ok(None),
                 Err(error) => return Err(error.into()),
             };
-            if selected(&message.channel.topic) {
+            if self.variables.get(&message.channel).is_some() && selected(&message.channel.topic) {
                 return Ok(Some(TimedMessage {
                     at: Duration::from_nanos(message.log_time.saturating_sub(self.start)),
                     message,

@@ -2,13 +2,11 @@
 //! programs work too: their topics serve as variables if their types are described in the recording or are
 //! standard ones.
 
-use std::collections::BTreeMap;
-
 use jde_abi::describe::{FieldKind, Form, Type};
 use jde_link::message::VariableInfo;
-use jde_log::{RecordedVariable, Recording, recorded_variables};
+use jde_log::{LeftOut, RecordedVariable, RecordedVariables, Recording};
 use jde_report::Series;
-use jde_ros::{cdr, definition};
+use jde_ros::definition;
 
 use crate::failure::{Failure, display_path};
 use crate::remote::field::VariableField;
@@ -23,7 +21,7 @@ const MAX_NAMES: usize = 2000;
 /// There is no such variable or field, in which case the error suggests the nearest; or the value is not a
 /// number.
 pub(crate) fn series(recording: &Recording, requested: &[String]) -> Result<Vec<Series>, Failure> {
-    let known = recorded_variables(recording);
+    let known = RecordedVariables::of(recording);
     requested
         .iter()
         .map(|name| resolve_series(recording, &known, name))
@@ -33,7 +31,7 @@ pub(crate) fn series(recording: &Recording, requested: &[String]) -> Result<Vec<
 /// Returns the names of all numbers, each with the doc text of its variable; at most `MAX_NAMES`.
 pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
     let mut names = Vec::new();
-    for recorded in recorded_variables(recording).into_values() {
+    for recorded in RecordedVariables::of(recording).iter() {
         visit_fields(&recorded.value_type, &recorded.name, &mut |name| {
             names.push((name, recorded.doc.clone()));
         });
@@ -47,7 +45,7 @@ pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
 
 fn resolve_series(
     recording: &Recording,
-    known: &BTreeMap<String, RecordedVariable>,
+    known: &RecordedVariables,
     requested: &str,
 ) -> Result<Series, Failure> {
     if known.is_empty() {
@@ -61,10 +59,9 @@ fn resolve_series(
     }
     // Accepts a topic name as ROS writes it: `/odom.pose.pose.position.x`.
     let requested = requested.trim_start_matches('/').replace('/', ".");
-    let names = known.values().map(|recorded| recorded.name.as_str());
+    let names = known.iter().map(|recorded| recorded.name.as_str());
     let (variable, path) = name::split_variable(&requested, names)?;
-    let named = known.iter().find(|(_, recorded)| recorded.name == variable);
-    let Some((topic, recorded)) = named else {
+    let Some(recorded) = known.iter().find(|recorded| recorded.name == variable) else {
         return Err(Failure::usage(
             format!("there is no variable `{requested}`"),
             "`jde info` lists the variables",
@@ -77,13 +74,17 @@ fn resolve_series(
             format!("name a field, such as {}", example_field(recorded)),
         ));
     }
-    let value_type = recorded.value_type.clone();
+    let decoded = recorded.clone();
     Ok(Series {
-        topic: topic.clone(),
+        topic: recorded.topic.clone(),
         variable: variable.to_owned(),
         name: field.name().to_owned(),
         unit: field.unit.clone(),
-        number: Box::new(move |message| Ok(field.decode_number(&cdr::decode(&value_type, message)?))),
+        number: Box::new(move |message| {
+            // What is cut are texts, and these are no numbers.
+            let value = decoded.decode(message, &mut LeftOut::default())?;
+            Ok(field.decode_number(&value))
+        }),
     })
 }
 

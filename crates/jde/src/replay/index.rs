@@ -3,12 +3,10 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use jde_core::Nanos;
-use jde_log::{
-    Channel, LeftOut, Message, Messages, RecordedHierarchy, RecordedVariable, Recording, record,
-    recorded_variables, undecodable_topics,
-};
+use jde_log::{Channel, LeftOut, Message, Messages, RecordedHierarchy, RecordedVariables, Recording, record};
 use jde_records::RunRecord;
 use jde_records::turn::{Call, Turn};
 use jde_ros::cdr;
@@ -24,6 +22,8 @@ const TURNS_TOPIC: &str = "/jde/turns";
 const MAX_SELDOM_VALUES: usize = 1000;
 /// The most bytes of a seldom topic. A topic with a few pictures is larger.
 const MAX_SELDOM_BYTES: usize = 16 << 20;
+/// The most bytes of all seldom topics. Those that come later count as others.
+const MAX_ALL_SELDOM_BYTES: usize = 128 << 20;
 /// How far before a place the newest values of all other topics are searched.
 const LOOK_BACK: Nanos = 5_000_000_000;
 
@@ -37,15 +37,15 @@ pub(super) struct Index {
     pub(super) begin: Nanos,
     /// The time of the last message, in ns since the application's start.
     pub(super) end: Nanos,
-    /// Its variables, by topic.
-    pub(super) variables: BTreeMap<String, RecordedVariable>,
+    /// Its variables.
+    pub(super) variables: Arc<RecordedVariables>,
     /// The schemas whose panels it contains, by topic.
-    pub(super) panels: BTreeMap<String, String>,
+    pub(super) panels: Arc<BTreeMap<String, String>>,
     /// Its schemas and groups, before the first event.
     pub(super) initial: Hierarchy,
     /// The name of the application.
     pub(super) application: String,
-    /// What cannot be played.
+    /// Files, topics and messages that cannot be played.
     pub(super) left_out: LeftOut,
     seldom: BTreeMap<String, Vec<RecordedValue>>,
 }
@@ -117,15 +117,16 @@ impl Index {
             .channels()
             .find_map(|channel| RecordedHierarchy::read(&channel.metadata));
         let mut names = HierarchyNames::new(cast.as_ref());
+        let variables = RecordedVariables::of(&recording);
         let mut index = Self {
-            variables: recorded_variables(&recording),
-            panels: panels(&recording),
+            left_out: variables.left_out().clone(),
+            variables: Arc::new(variables),
+            panels: Arc::new(panels(&recording)),
             initial: names.hierarchy(),
             start_ns,
             begin: first.saturating_sub(start_ns),
             end: 0,
             application,
-            left_out: LeftOut::default(),
             seldom: BTreeMap::new(),
             recording,
         };
@@ -139,21 +140,12 @@ impl Index {
     /// Describes the damage of the file, if it has any.
     pub(super) fn damage(&self) -> Option<String> {
         let damage = self.recording.damage()?;
-        Some(format!(
-            "it ends too soon, at byte {}: {}",
-            damage.offset, damage.reason
-        ))
+        Some(format!("it ends too soon, {damage}"))
     }
 
-    /// Describes what the recording has not, and what beside it cannot be read.
-    pub(super) fn missing(&self) -> impl Iterator<Item = String> {
-        let gaps = self.recording.gaps().iter().map(ToString::to_string);
-        gaps.chain(self.recording.left_out().lines())
-    }
-
-    /// Describes the topics that cannot be played.
-    pub(super) fn undecodable_topics(&self) -> Vec<String> {
-        undecodable_topics(&self.recording)
+    /// Describes the times of which the recording has nothing.
+    pub(super) fn gaps(&self) -> impl Iterator<Item = String> {
+        self.recording.gaps().iter().map(ToString::to_string)
     }
 
     /// Returns everything from a place on.
@@ -161,12 +153,12 @@ impl Index {
         let messages = self
             .recording
             .messages_from(self.start_ns.saturating_add(place))?;
-        let topics = self.topics();
+        let (variables, panels) = (Arc::clone(&self.variables), Arc::clone(&self.panels));
         let start = self.start_ns;
         let messages = messages.map_while(Result::ok);
-        Ok(Box::new(
-            messages.filter_map(move |message| read_entry(message, start, &topics)),
-        ))
+        Ok(Box::new(messages.filter_map(move |message| {
+            read_entry(message, start, &variables, &panels)
+        })))
     }
 
     /// Returns the newest value before a place: of every seldom topic, and of other topics with a value in
@@ -191,37 +183,28 @@ impl Index {
         Ok(newest.into_values().collect())
     }
 
-    /// The topics of all variables and panels, sorted.
-    fn topics(&self) -> Vec<String> {
-        let mut topics: Vec<_> = self.variables.keys().chain(self.panels.keys()).cloned().collect();
-        topics.sort_unstable();
-        topics
-    }
-
     fn scan(&mut self, names: &mut HierarchyNames) -> Result<(), Failure> {
         let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
-        let topics = self.topics();
         let messages: Messages = self.recording.messages()?;
-        // The values of a recording of its own have the types of the recording.
-        let is_foreign = self.recording.metadata("jde").is_none();
+        let (mut all_bytes, mut buffer) = (0, Vec::new());
         // The first unreadable message is the place of the damage, which has been reported.
         for message in messages.map_while(Result::ok) {
             self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
-            match read_entry(message, self.start_ns, &topics) {
+            self.variables.check(&message, &mut buffer, &mut self.left_out);
+            match read_entry(message, self.start_ns, &self.variables, &self.panels) {
                 Some(Entry::Line(_, line)) => names.add_line(&line),
                 Some(Entry::Cycle(_)) | None => {}
                 Some(Entry::Value(value)) => {
-                    let variable = self.variables.get(&value.topic).filter(|_| is_foreign);
-                    let read = variable.map(|variable| cdr::decode(&variable.value_type, &value.message));
-                    if let Some(Err(reason)) = read {
-                        self.left_out.add(&value.topic, reason);
-                    }
                     let (count, bytes) = often.entry(value.topic.clone()).or_default();
                     *count += 1;
                     *bytes += value.message.len();
-                    if *count > MAX_SELDOM_VALUES || *bytes > MAX_SELDOM_BYTES {
-                        self.seldom.remove(&value.topic);
+                    let is_kept = *count == 1 || self.seldom.contains_key(&value.topic);
+                    let is_full = all_bytes + value.message.len() > MAX_ALL_SELDOM_BYTES;
+                    if *count > MAX_SELDOM_VALUES || *bytes > MAX_SELDOM_BYTES || is_full || !is_kept {
+                        let kept = self.seldom.remove(&value.topic).unwrap_or_default();
+                        all_bytes -= kept.iter().map(|value| value.message.len()).sum::<usize>();
                     } else {
+                        all_bytes += value.message.len();
                         self.seldom.entry(value.topic.clone()).or_default().push(value);
                     }
                 }
@@ -232,7 +215,12 @@ impl Index {
 }
 
 /// Converts a message. Returns `None` if playback does not use it.
-fn read_entry(message: Message, start: u64, topics: &[String]) -> Option<Entry> {
+fn read_entry(
+    message: Message,
+    start: u64,
+    variables: &RecordedVariables,
+    panels: &BTreeMap<String, String>,
+) -> Option<Entry> {
     let published = message.log_time.saturating_sub(start);
     let topic = &message.channel.topic;
     if record::kind(&message.channel).is_some() {
@@ -248,7 +236,9 @@ fn read_entry(message: Message, start: u64, topics: &[String]) -> Option<Entry> 
             iterated: turn.acted != Call::default(),
         }));
     }
-    topics.binary_search(topic).ok()?;
+    if variables.get(&message.channel).is_none() && !panels.contains_key(topic) {
+        return None;
+    }
     Some(Entry::Value(RecordedValue {
         topic: topic.clone(),
         published,

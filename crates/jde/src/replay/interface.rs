@@ -29,6 +29,8 @@ pub(super) struct PlayedRecording {
 
 /// The description of a file's damage, at most 256 bytes.
 type DamageText = Text<256>;
+/// The lines of what is left out, as many as fit.
+type LeftOutText = Text<1020>;
 
 /// The controls, with unit and documentation.
 const CONTROLS: [(&str, &str, &str); 5] = [
@@ -84,6 +86,15 @@ impl PlayedRecording {
             Access::Export { validity: LASTING },
             DamageText::describe(),
             bytes,
+        );
+        let lines: Vec<_> = player.index.left_out.lines().collect();
+        declare(
+            "left_out",
+            "",
+            "Files, topics and messages that are not played, each with the reason, in lines.",
+            Access::Export { validity: LASTING },
+            LeftOutText::describe(),
+            LeftOutText::truncated(&lines.join("\n")).as_bytes().to_vec(),
         );
         let info = SubjectInfo {
             application: player.index.application.clone(),

@@ -22,6 +22,7 @@ use jde_core::Nanos;
 use jde_link::{Events, Link, Settings, as_name};
 
 use crate::cli::clock::speed;
+use crate::escape::escape;
 use crate::failure::{Failure, display_path};
 use crate::interrupt::SignalListener;
 use crate::terminal::{self, FAINT, TITLE, WARN};
@@ -66,7 +67,7 @@ pub(crate) struct PlayOptions {
 /// # Errors
 /// The recording cannot be read, or the link for tools cannot be opened.
 pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Result<(), Failure> {
-    let index = Index::read(recording)?;
+    let mut index = Index::read(recording)?;
     let file = display_path(recording);
     let mut output = terminal::out();
     if let Some(damage) = index.damage() {
@@ -75,18 +76,15 @@ pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Resul
             "{WARN}{file}{WARN:#}: {damage}; the part before it is played"
         )?;
     }
-    for line in index.missing() {
-        writeln!(output, "{WARN}{file}{WARN:#}: {line}")?;
-    }
-    for topic in index.undecodable_topics() {
-        writeln!(output, "{WARN}not played{WARN:#}: {topic}")?;
-    }
-    for line in index.left_out.lines() {
-        writeln!(output, "{WARN}not played{WARN:#}: {line}")?;
+    for line in index.gaps() {
+        writeln!(output, "{WARN}{file}{WARN:#}: {}", escape(&line))?;
     }
     let board = Arc::new(Board::new());
     let panels = PanelStore::new(index.panels.values());
-    let mut publisher = Publisher::new(&board, &index, Arc::clone(&panels));
+    let mut publisher = Publisher::new(&board, &mut index, Arc::clone(&panels));
+    for line in index.left_out.lines() {
+        writeln!(output, "{WARN}not played{WARN:#}: {}", escape(&line))?;
+    }
     let events = Events::of_records();
     let mut settings = Settings::local(&as_name(&index.application));
     settings.require_name = options.name.is_some();

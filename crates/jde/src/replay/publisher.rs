@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_board::{Access, Board, Declaration, LASTING, Nanos, Variable, Writer};
-use jde_ros::cdr;
+use jde_files::Budget;
+use jde_log::{LeftOut, RecordedVariable};
 
 use super::index::{Index, RecordedValue};
 use super::panel_store::PanelStore;
@@ -13,11 +14,18 @@ use super::panel_store::PanelStore;
 /// Readers that borrow large values at the same time: the link, and one more.
 const MAX_READERS: usize = 2;
 
+/// The memory that the values of all variables may need, in bytes.
+const MAX_BYTES: u64 = 384 << 20;
+/// What a variable takes besides its values: its description, and what the link keeps of it, in bytes.
+const VARIABLE_BYTES: usize = 16 << 10;
+/// How often the memory of a variable has room for a value: its readers, its writer, and what the board adds.
+const ROOMS: usize = MAX_READERS + 3;
+
 /// The variables with their writers, and the panels.
 pub(super) struct Publisher {
-    writers: BTreeMap<String, VariableWriter>,
+    writers: BTreeMap<String, (RecordedVariable, VariableWriter)>,
     /// Schemas by the topics of their panels.
-    panels: BTreeMap<String, String>,
+    panels: Arc<BTreeMap<String, String>>,
     panel_store: Arc<PanelStore>,
 }
 
@@ -31,19 +39,36 @@ enum VariableWriter {
 const WRITER_ID: u32 = 0;
 
 impl Publisher {
-    /// Declares the variables of a recording. Omits a variable whose name has no schema or is already in use.
-    pub(super) fn new(board: &Board, index: &Index, panel_store: Arc<PanelStore>) -> Self {
+    /// Declares the variables of a recording. Those that cannot be declared are added to what is left out of it.
+    pub(super) fn new(board: &Board, index: &mut Index, panel_store: Arc<PanelStore>) -> Self {
         let mut writers = BTreeMap::new();
-        for (topic, recorded) in &index.variables {
-            let Some((owner, name)) = recorded.name.rsplit_once('.') else {
-                continue;
-            };
+        let mut budget = Budget::new(MAX_BYTES, 0, 0);
+        for recorded in index.variables.iter() {
+            // The topic of another program may have a name of one part.
+            let (owner, name) = recorded.name.rsplit_once('.').unwrap_or(("", &recorded.name));
             let access = match recorded.access.as_str() {
                 "modulation" => Access::Modulation,
                 "command" => Access::Command { validity: Nanos::MAX },
                 // Where a value ended, the recording says so.
                 _ => Access::Export { validity: LASTING },
             };
+            if budget
+                .hold(
+                    recorded
+                        .value_type
+                        .bytes
+                        .saturating_mul(ROOMS)
+                        .saturating_add(VARIABLE_BYTES),
+                )
+                .is_err()
+            {
+                let why = format_args!(
+                    "with its values, the recording would need more than {} MB of memory",
+                    MAX_BYTES >> 20
+                );
+                index.left_out.add(&recorded.topic, None, why);
+                continue;
+            }
             let declared = board.declare(Declaration {
                 owner: owner.to_owned(),
                 name: name.to_owned(),
@@ -56,19 +81,21 @@ impl Publisher {
                 writers: 1,
                 readers: MAX_READERS,
             });
-            let Ok(variable) = declared else { continue };
-            let writer_entry = match access {
-                Access::Export { .. } => match variable.writer(WRITER_ID, "recording") {
-                    Ok(writer) => VariableWriter::Export(variable, writer),
-                    Err(_) => continue,
-                },
-                Access::Modulation | Access::Command { .. } => VariableWriter::Other(variable),
-            };
-            writers.insert(topic.clone(), writer_entry);
+            let writer = declared.and_then(|variable| match access {
+                Access::Export { .. } => {
+                    let writer = variable.writer(WRITER_ID, "recording")?;
+                    Ok(VariableWriter::Export(variable, writer))
+                }
+                Access::Modulation | Access::Command { .. } => Ok(VariableWriter::Other(variable)),
+            });
+            match writer {
+                Ok(writer) => drop(writers.insert(recorded.topic.clone(), (recorded.clone(), writer))),
+                Err(reason) => index.left_out.add(&recorded.topic, None, reason),
+            }
         }
         Self {
             writers,
-            panels: index.panels.clone(),
+            panels: Arc::clone(&index.panels),
             panel_store,
         }
     }
@@ -80,21 +107,26 @@ impl Publisher {
             let list = list.unwrap_or_else(|broken| Err(format!("it cannot be shown: {broken}")));
             return self.panel_store.set_drawing(schema, value.measured, list);
         }
-        let Some(writer_entry) = self.writers.get_mut(&value.topic) else {
+        let Some((recorded, writer_entry)) = self.writers.get_mut(&value.topic) else {
             return;
         };
-        let (VariableWriter::Export(variable, _) | VariableWriter::Other(variable)) = &*writer_entry;
-        let Ok(bytes) = cdr::decode(&variable.describe().value_type, &value.message) else {
-            return;
-        };
+        // The index has counted what is cut.
+        let mut left_out = LeftOut::default();
         // A value that was not finite is refused now as it was in the recorded run.
         match writer_entry {
+            // Only the elements that are there take memory.
             VariableWriter::Export(_, writer) => {
-                writer.loan().copy_from_slice(&bytes);
-                let _ = writer.publish(value.measured, value.published);
+                if recorded
+                    .decode_into(&value.message, writer.loan(), &mut left_out)
+                    .is_ok()
+                {
+                    let _ = writer.publish(value.measured, value.published);
+                }
             }
             VariableWriter::Other(variable) => {
-                let _ = variable.put(WRITER_ID, &bytes, value.measured, Nanos::MAX);
+                if let Ok(bytes) = recorded.decode(&value.message, &mut left_out) {
+                    let _ = variable.put(WRITER_ID, &bytes, value.measured, Nanos::MAX);
+                }
             }
         }
     }
@@ -102,7 +134,7 @@ impl Publisher {
     /// Retracts every export and clears every panel: the next values belong to another time, `time`.
     pub(super) fn clear(&self, time: Nanos) {
         self.panel_store.clear(time);
-        for writer_entry in self.writers.values() {
+        for (_, writer_entry) in self.writers.values() {
             if let VariableWriter::Export(variable, _) = writer_entry {
                 variable.retract();
             }

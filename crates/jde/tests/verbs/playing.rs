@@ -95,7 +95,10 @@ fn playback_ends_at_the_end_or_at_the_damage_of_a_recording() {
     std::fs::write(&file, "no recording").unwrap();
     let none = sandbox.run(&["replay", file.to_str().unwrap(), "--plain"]);
     assert_eq!(none.status, Some(2));
-    assert!(none.err.contains("is no MCAP file"), "{none:?}");
+    assert!(
+        none.err.contains("is no MCAP file and no bag of ROS 2"),
+        "{none:?}"
+    );
 }
 
 #[test]

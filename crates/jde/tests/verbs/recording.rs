@@ -300,7 +300,11 @@ fn info_describes_complete_and_damaged_recordings() {
     std::fs::write(&file, "no recording").unwrap();
     let none = output_of(&mut jde(&["info", name]));
     assert_eq!((none.status, none.out.as_str()), (Some(2), ""));
-    assert!(none.err.contains("is no MCAP file"), "{}", none.err);
+    assert!(
+        none.err.contains("is no MCAP file and no bag of ROS 2"),
+        "{}",
+        none.err
+    );
 }
 
 #[test]

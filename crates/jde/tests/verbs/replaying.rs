@@ -200,7 +200,11 @@ fn a_replay_reports_why_a_recording_cannot_be_replayed() {
     fs::write(&text, "no recording").unwrap();
     let other = replay(text.to_str().unwrap(), &[]);
     assert_eq!(other.status, Some(2), "{}", other.err);
-    assert!(other.err.contains("is no MCAP file"), "{}", other.err);
+    assert!(
+        other.err.contains("is no MCAP file and no bag of ROS 2"),
+        "{}",
+        other.err
+    );
 }
 
 /// A recording names folders in three ways, and all may come from an untrusted source.

@@ -3,21 +3,30 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
+use std::io::Read;
 use std::sync::Arc;
 
+use mcap::McapError;
 use mcap::records::{Record, op};
+use rusqlite::Connection;
 
-use super::{Chunk, Message, Part, ReadError, Recording, failed, scan};
+use super::source::{Form, ZSTD};
+use super::{
+    Channel, Chunk, Damage, MAX_RECORD, Message, Part, Place, ReadError, Recording, failed, scan, sqlite,
+};
 
-/// The largest number of bytes of messages that wait for earlier ones: several chunks of the greatest size,
-/// and little enough for the machine's memory.
-const MAX_QUEUED_BYTES: usize = 1 << 30;
+/// The largest number of bytes of messages that wait for earlier ones: several chunks, and little enough for the machine's
+/// memory.
+const MAX_QUEUED_BYTES: usize = 256 << 20;
+/// The messages of a file have at most this many times its bytes, and so many more: packed zeros of hours are no recording.
+const MAX_EXPANSION: u64 = 1024;
+const ALWAYS_ACCEPTED: u64 = 1 << 30;
 
 /// The messages of a recording in the order of their log times. The iterator ends with the first error.
 pub struct Messages {
     parts: Vec<Part>,
     /// The part that was read last, and its open file.
-    file: Option<(usize, File)>,
+    file: Option<(usize, OpenFile)>,
     /// Messages with an earlier log time are skipped.
     from: u64,
     /// The chunks that are not open yet, in the order of their first log times.
@@ -26,11 +35,31 @@ pub struct Messages {
     queue: BTreeMap<(u64, u64), Message>,
     /// The bytes of the messages that wait.
     queued_bytes: usize,
+    /// The bytes of messages that may still be read.
+    allowed_bytes: u64,
     /// The number of messages read from chunks so far. It keeps messages of the same time in the order of the
     /// file.
     count: u64,
     /// The error, which is returned after all messages that could be read.
     error: Option<ReadError>,
+}
+
+enum OpenFile {
+    Mcap(File),
+    Sqlite(Connection),
+}
+
+/// The messages of a chunk, as they are read.
+struct Collected<'a> {
+    channels: &'a BTreeMap<i64, Arc<Channel>>,
+    from: u64,
+    messages: Vec<Message>,
+    /// The bytes of memory that more messages may take.
+    room: usize,
+    /// The bytes of all messages, those that are skipped too.
+    bytes: u64,
+    /// What is wrong.
+    wrong: Option<String>,
 }
 
 impl Messages {
@@ -47,6 +76,10 @@ impl Messages {
                 .collect(),
             queue: BTreeMap::new(),
             queued_bytes: 0,
+            allowed_bytes: recording
+                .file_bytes()
+                .saturating_mul(MAX_EXPANSION)
+                .saturating_add(ALWAYS_ACCEPTED),
             count: 0,
             error: None,
         })
@@ -69,58 +102,64 @@ impl Messages {
         let part = &self.parts[chunk.part];
         let damaged = |reason: String| ReadError::Damaged {
             path: part.path.clone(),
-            offset: chunk.offset,
-            reason,
+            damage: Damage {
+                offset: chunk.place.offset(),
+                reason,
+            },
         };
         let (_, file) = match &mut self.file {
             Some(file) if file.0 == chunk.part => file,
             other => other.insert(open(chunk.part, part)?),
         };
-        let read = scan::record(file, chunk.offset).map_err(failed(&part.path))?;
-        let Some((opcode, body)) = read else {
-            return Err(damaged("it was cut off".to_owned()));
+        let mut collected = Collected {
+            channels: &part.channels,
+            from: self.from,
+            messages: Vec::new(),
+            room: MAX_QUEUED_BYTES.saturating_sub(self.queued_bytes),
+            bytes: 0,
+            wrong: None,
         };
-        let mut messages = Vec::new();
-        let mut undefined_channel = None;
-        let collect = |record: Record<'_>| {
-            if let Record::Message { header, data } = record
-                && header.log_time >= self.from
-            {
-                match part.channels.get(&header.channel_id) {
-                    Some(channel) => messages.push(Message {
-                        channel: Arc::clone(channel),
-                        log_time: header.log_time,
-                        publish_time: header.publish_time,
-                        sequence: header.sequence,
-                        data: data.into_owned(),
-                    }),
-                    None => undefined_channel = Some(header.channel_id),
+        let result = match (file, chunk.place) {
+            (OpenFile::Mcap(file), Place::At(offset)) => {
+                let read = scan::record(file, offset).map_err(failed(&part.path))?;
+                match read {
+                    Some((op::CHUNK, body)) => {
+                        scan::for_each_record(&body, |record| collected.add_record(record))
+                    }
+                    Some(_) => {
+                        return Err(damaged(
+                            "there is no chunk here, although the index refers to one".to_owned(),
+                        ));
+                    }
+                    None => return Err(damaged("it was cut off".to_owned())),
                 }
+                .map_err(|error| scan::error_text(&error))
             }
-            Ok(())
-        };
-        let result = match opcode {
-            op::CHUNK => scan::for_each_record(&body, collect),
-            op::MESSAGE => mcap::parse_record(opcode, &body).and_then(collect),
-            _ => {
-                return Err(damaged(
-                    "there is no chunk here, although the index refers to one".to_owned(),
-                ));
+            (OpenFile::Mcap(file), Place::Run(run)) => {
+                let read = scan::for_each_message(file, run, |record| collected.add_record(record));
+                read.map_err(|error| scan::error_text(&error))
+            }
+            (OpenFile::Sqlite(connection), Place::Rows(rows)) => {
+                sqlite::for_each_message(connection, rows, |topic, row, time, data| {
+                    // The numbers of rows restart at 0 after the largest that a message can have.
+                    collected.add(topic, row as u32, [time, time], data)
+                })
+            }
+            (OpenFile::Mcap(_), Place::Rows(_)) | (OpenFile::Sqlite(_), Place::At(_) | Place::Run(_)) => {
+                Ok(())
             }
         };
-        result.map_err(|error| damaged(scan::error_text(&error)))?;
-        if let Some(channel) = undefined_channel {
-            return Err(damaged(format!(
-                "a message is on channel {channel}, which is not defined"
-            )));
+        if let Some(reason) = collected.wrong.take().or(result.err()) {
+            return Err(damaged(reason));
         }
+        let Collected { messages, bytes, .. } = collected;
+        let Some(allowed) = self.allowed_bytes.checked_sub(bytes) else {
+            return Err(damaged(format!(
+                "its messages have more than {MAX_EXPANSION} times its bytes"
+            )));
+        };
+        self.allowed_bytes = allowed;
         self.queued_bytes += messages.iter().map(size).sum::<usize>();
-        if self.queued_bytes > MAX_QUEUED_BYTES {
-            return Err(damaged(format!(
-                "its chunks overlap so much in time that more than {} MB would be in memory at once",
-                MAX_QUEUED_BYTES >> 20
-            )));
-        }
         for message in messages {
             self.count += 1;
             self.queue.insert((message.log_time, self.count), message);
@@ -129,8 +168,98 @@ impl Messages {
     }
 }
 
-fn open(index: usize, part: &Part) -> Result<(usize, File), ReadError> {
-    let file = File::open(&part.path).map_err(failed(&part.path))?;
+impl Collected<'_> {
+    fn add_record(&mut self, record: Record<'_>) -> Result<(), McapError> {
+        if let Record::Message { header, data } = record
+            && self.wrong.is_none()
+        {
+            let times = [header.log_time, header.publish_time];
+            self.wrong = self
+                .add(i64::from(header.channel_id), header.sequence, times, &data)
+                .err();
+        }
+        Ok(())
+    }
+
+    /// Adds a message. Those that were packed one by one are unpacked.
+    fn add(
+        &mut self,
+        channel: i64,
+        sequence: u32,
+        [log_time, publish_time]: [u64; 2],
+        data: &[u8],
+    ) -> Result<(), String> {
+        self.bytes += data.len() as u64;
+        if log_time < self.from {
+            return Ok(());
+        }
+        let Some(channel) = self.channels.get(&channel) else {
+            return Err(format!("a message is on channel {channel}, which is not defined"));
+        };
+        // No message in CDR begins like that.
+        let data = match channel.encoding == "cdr" && data.starts_with(&ZSTD) {
+            true => unpack(data, self.room)?,
+            false => copy(data, self.room)?,
+        };
+        let message = Message {
+            channel: Arc::clone(channel),
+            log_time,
+            publish_time,
+            sequence,
+            data,
+        };
+        self.room = self.room.checked_sub(size(&message)).ok_or_else(too_many)?;
+        self.messages.push(message);
+        Ok(())
+    }
+}
+
+fn copy(data: &[u8], room: usize) -> Result<Vec<u8>, String> {
+    let mut copied = Vec::new();
+    if data.len() > room {
+        return Err(too_many());
+    }
+    copied
+        .try_reserve_exact(data.len())
+        .map_err(|_| format!("there is no memory for a message of {} bytes", data.len()))?;
+    copied.extend_from_slice(data);
+    Ok(copied)
+}
+
+fn unpack(data: &[u8], room: usize) -> Result<Vec<u8>, String> {
+    let most = scan::most_unpacked(data.len(), MAX_RECORD).min(room);
+    let mut unpacked = Vec::new();
+    let read = zstd::Decoder::with_buffer(data).and_then(|packed| {
+        let mut packed = packed.take(most as u64 + 1);
+        packed.read_to_end(&mut unpacked)
+    });
+    match read {
+        Ok(bytes) if bytes <= most => Ok(unpacked),
+        Ok(_) => Err(format!(
+            "a message would have more than {} MB after decompression",
+            most >> 20
+        )),
+        Err(error) => Err(format!("a message cannot be decompressed: {error}")),
+    }
+}
+
+fn too_many() -> String {
+    format!(
+        "its chunks overlap so much in time that more than {} MB would be in memory at once",
+        MAX_QUEUED_BYTES >> 20
+    )
+}
+
+fn open(index: usize, part: &Part) -> Result<(usize, OpenFile), ReadError> {
+    let path = part.source.path();
+    let file = match part.source.form {
+        Form::Mcap => OpenFile::Mcap(File::open(path).map_err(failed(&part.path))?),
+        Form::Sqlite => {
+            let opened = sqlite::open(path);
+            let opened = opened.map_err(|error| failed(&part.path)(std::io::Error::other(error)))?;
+            OpenFile::Sqlite(opened)
+        }
+    };
     Ok((index, file))
 }
 

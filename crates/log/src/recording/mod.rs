@@ -1,36 +1,45 @@
 //! Reads recordings: their channels, and their messages in the order of their times. A recording in parts is
 //! read as one. A file that was cut off, by a power cut or a full disk, is read up to the damage. Any MCAP
-//! file can be read, without a clock, a robot or a plugin.
+//! file and any bag of ROS 2 can be read, without a clock, a robot or a plugin.
 
+mod channel;
+mod mcap_file;
 mod messages;
 pub(crate) mod scan;
+mod source;
+mod sqlite;
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::fmt;
 use std::fs::File;
-use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{self, ErrorKind};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use jde_files::LeftOut;
+use jde_files::{Budget, Exceeded, LeftOut};
 use mcap::records::Record;
-use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
-use mcap::{McapError, Summary};
 
+use crate::bag;
 use crate::part::{self, BEGINS, BYTE, Found, GAP, Gap, Mark, PART};
+pub use channel::Channel;
+use channel::Channels;
 pub use messages::Messages;
-use scan::FileContents;
+use source::{Form, Source};
 
 /// The name of the metadata with the number of values lost during recording, by topic.
 const LOST: &str = "jde/lost";
+/// The largest record of a file, packed or not, in bytes. The whole record is in memory at once, and recorders fill chunks of
+/// a few megabytes.
+const MAX_RECORD: usize = 128 << 20;
 
 /// A recording, open for reading.
 pub struct Recording {
     path: PathBuf,
     /// The files, in their order.
     parts: Vec<Part>,
-    channels: Vec<Arc<Channel>>,
+    channels: Channels,
     /// The chunks, in the order of their first log times.
     chunks: Vec<Chunk>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
@@ -40,23 +49,6 @@ pub struct Recording {
     /// What was not recorded, in the order of the parts.
     gaps: Vec<Gap>,
     left_out: LeftOut,
-}
-
-/// The description of a topic's messages.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Channel {
-    /// The name of the topic: `/pioneer/laser`.
-    pub topic: String,
-    /// The name of the type: `sensor_msgs/msg/LaserScan`.
-    pub type_name: String,
-    /// The encoding of the definition: `ros2msg`, `jsonschema`.
-    pub definition_encoding: String,
-    /// The definition.
-    pub definition: Vec<u8>,
-    /// The encoding of the messages: `cdr`, `json`.
-    pub encoding: String,
-    /// The channel's metadata: `variable`, `access`, `doc`, `unit`.
-    pub metadata: BTreeMap<String, String>,
 }
 
 /// One message.
@@ -77,15 +69,24 @@ pub struct Message {
 /// Where a recording ends too early.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// The number of intact bytes from the beginning of the file.
-    pub offset: u64,
+    /// The number of intact bytes from the beginning of the file. `None` for a database, which has no order of its bytes.
+    pub offset: Option<u64>,
     /// What is wrong after them.
     pub reason: String,
 }
 
-/// What to do with a bag of ROS 2 that is no MCAP file.
-const CONVERT: &str =
-    "; for another bag of ROS 2: rosbags-convert --src BAG --dst NEW_FOLDER --dst-storage mcap";
+/// Where and what: "at byte 17: it was cut off".
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.offset {
+            Some(offset) => write!(f, "at byte {offset}: {}", self.reason),
+            None => write!(f, "after what can be read: {}", self.reason),
+        }
+    }
+}
+
+/// What to do with a bag that is none of ROS 2 in MCAP or SQLite.
+const CONVERT: &str = "; for a bag of ROS 1 or of another storage: rosbags-convert --src BAG --dst NEW_FOLDER --dst-storage mcap";
 
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -99,7 +100,7 @@ pub enum ReadError {
         error: io::Error,
     },
     /// A folder that contains no recording.
-    #[error("{} holds no recording; name an MCAP file, or the folder of one{CONVERT}", .0.display())]
+    #[error("{} holds no recording; name an MCAP file, a bag of ROS 2, or the folder of one{CONVERT}", .0.display())]
     Empty(PathBuf),
     /// A folder that contains several recordings.
     #[error("{} holds {count} recordings; name one, such as {}", path.display(), first.display())]
@@ -112,17 +113,15 @@ pub enum ReadError {
         first: PathBuf,
     },
     /// The file is not a recording.
-    #[error("{} is no MCAP file; give one that `jde run --record` has written{CONVERT}", .0.display())]
-    NotMcap(PathBuf),
+    #[error("{} is no MCAP file and no bag of ROS 2; give one that `jde run --record` has written{CONVERT}", .0.display())]
+    NotRecording(PathBuf),
     /// A part of the recording is damaged.
-    #[error("{} is damaged at byte {offset}: {reason}; the part before it can be read", path.display())]
+    #[error("{} is damaged {damage}; the part before it can be read", path.display())]
     Damaged {
         /// The path of the file.
         path: PathBuf,
-        /// The offset of the damage, in bytes.
-        offset: u64,
-        /// What is wrong.
-        reason: String,
+        /// Where, and what is wrong.
+        damage: Damage,
     },
 }
 
@@ -130,8 +129,9 @@ pub enum ReadError {
 #[derive(Clone, Debug)]
 struct Part {
     path: PathBuf,
+    source: Arc<Source>,
     /// The channels, by their numbers in this file.
-    channels: BTreeMap<u16, Arc<Channel>>,
+    channels: BTreeMap<i64, Arc<Channel>>,
     /// Its number among the parts, from 1. `None` if the file is not a part.
     number: Option<u32>,
 }
@@ -140,43 +140,57 @@ struct Part {
 #[derive(Clone, Copy, Debug)]
 struct Chunk {
     part: usize,
-    offset: u64,
+    place: Place,
     start: u64,
     end: u64,
+}
+
+/// Where messages are in their file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    /// In the chunk at this offset.
+    At(u64),
+    /// Outside of chunks, from one offset to another.
+    Run([u64; 2]),
+    /// In these rows, the first and the last.
+    Rows([i64; 2]),
+}
+
+impl Place {
+    /// Returns the offset, in bytes, in a file whose bytes have an order.
+    const fn offset(self) -> Option<u64> {
+        match self {
+            Self::At(offset) | Self::Run([offset, _]) => Some(offset),
+            Self::Rows(_) => None,
+        }
+    }
 }
 
 impl Recording {
     /// Opens a recording. It reads the index, or the whole file once if the file was cut off. A recording in
     /// parts can be opened by any of its parts, by the name from which they are numbered, or by a folder that
-    /// contains no other recording.
+    /// contains no other recording. A bag of ROS 2 is opened by its folder, and its files are those that its
+    /// `metadata.yaml` lists.
     ///
     /// # Errors
-    /// [`ReadError::File`], [`ReadError::NotMcap`], and for a folder [`ReadError::Empty`] and
+    /// [`ReadError::File`], [`ReadError::NotRecording`], and for a folder [`ReadError::Empty`] and
     /// [`ReadError::Ambiguous`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let Found {
-            mut recordings,
-            left_out,
-            first_unread,
-        } = part::find_recordings(path).map_err(failed(path))?;
-        let Some(first) = recordings.pop() else {
-            return Err(match first_unread {
-                None => ReadError::Empty(path.to_owned()),
-                Some((path, error)) if error.kind() == ErrorKind::InvalidData => ReadError::NotMcap(path),
-                Some((path, error)) => ReadError::File { path, error },
-            });
+        let bag = match path.is_dir() {
+            true => bag::find(path).map_err(failed(path))?,
+            false => None,
         };
-        if !recordings.is_empty() {
-            return Err(ReadError::Ambiguous {
-                path: path.to_owned(),
-                count: recordings.len() + 1,
-                first: first.into_iter().next().unwrap_or_default(),
-            });
+        let (files, left_out) = match bag {
+            Some(bag) => (bag.files, bag.left_out),
+            None => single(path)?,
+        };
+        if files.is_empty() {
+            return Err(ReadError::Empty(path.to_owned()));
         }
         let mut recording = Self {
             path: path.to_owned(),
             parts: Vec::new(),
-            channels: Vec::new(),
+            channels: Channels::default(),
             chunks: Vec::new(),
             metadata: BTreeMap::new(),
             attached: BTreeMap::new(),
@@ -184,18 +198,60 @@ impl Recording {
             gaps: Vec::new(),
             left_out,
         };
-        for path in first {
-            let found = read(&path)?;
-            recording.add(path, found);
+        let mut budget = Budget::default();
+        let mut first_error = None;
+        for path in files {
+            if let Err(error) = recording.read(&path, &mut budget) {
+                let name = path.file_name().unwrap_or_default().display().to_string();
+                recording
+                    .left_out
+                    .add(format_args!("the file {name}"), None, &error);
+                first_error.get_or_insert(error);
+            }
         }
-        let order = |chunk: &Chunk| (chunk.start, chunk.part, chunk.offset);
+        if let Some(error) = first_error.filter(|_| recording.parts.is_empty()) {
+            return Err(error);
+        }
+        let order = |chunk: &Chunk| (chunk.start, chunk.part, chunk.place);
         recording.chunks.sort_by_key(order);
         Ok(recording)
     }
 
+    /// Adds a file. The values that a part repeats from the part before it are omitted.
+    fn read(&mut self, path: &Path, budget: &mut Budget) -> Result<(), ReadError> {
+        let source = Source::new(path)?;
+        let number = self.parts.len();
+        match source.form {
+            Form::Mcap => {
+                let contents = mcap_file::read(source.path(), number, budget).map_err(failed(path))?;
+                self.add_mcap(path, source, contents, budget)
+            }
+            Form::Sqlite => {
+                let bytes = source.path().metadata().map_err(failed(path))?.len();
+                let opened = sqlite::open(source.path());
+                let connection = opened.map_err(|error| failed(path)(io::Error::other(error)))?;
+                let contents = sqlite::contents(&connection, number, bytes);
+                self.add_database(path, source, contents, budget)
+            }
+        }
+        .map_err(|error| failed(path)(io::Error::other(error)))
+    }
+
+    /// Returns the times of which the recording has nothing, because the disk did not accept it.
+    #[must_use]
+    pub fn gaps(&self) -> &[Gap] {
+        &self.gaps
+    }
+
+    /// Returns what of the files, and of those beside them, cannot be read. [`RecordedVariables`](crate::RecordedVariables) adds the topics.
+    #[must_use]
+    pub const fn left_out(&self) -> &LeftOut {
+        &self.left_out
+    }
+
     /// Returns the channels, in the order in which they were added.
     pub fn channels(&self) -> impl Iterator<Item = &Channel> {
-        self.channels.iter().map(|channel| &**channel)
+        self.channels.iter()
     }
 
     /// Returns the metadata of this name. `jde` contains `application`, `seed` and `start_ns`. `jde/lost`
@@ -218,7 +274,7 @@ impl Recording {
         let Some((part, offset)) = self.attached.get(name) else {
             return Ok(None);
         };
-        let path = &self.parts[*part].path;
+        let path = self.parts[*part].source.path();
         let mut file = File::open(path).map_err(failed(path))?;
         let record = scan::record(&mut file, *offset).map_err(failed(path))?;
         Ok(
@@ -238,6 +294,15 @@ impl Recording {
     /// Returns the files, in their order.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.parts.iter().map(|part| &*part.path)
+    }
+
+    /// Returns the size of the files, unpacked, in bytes.
+    fn file_bytes(&self) -> u64 {
+        let bytes = self
+            .parts
+            .iter()
+            .map(|part| part.source.path().metadata().map_or(0, |metadata| metadata.len()));
+        bytes.sum()
     }
 
     /// Returns the number of the first existing part, from 1. `None` if the recording is a single file.
@@ -261,18 +326,6 @@ impl Recording {
     #[must_use]
     pub fn damage(&self) -> Option<&Damage> {
         self.damage.as_ref()
-    }
-
-    /// Returns the times of which the recording has nothing, because the disk did not accept it.
-    #[must_use]
-    pub fn gaps(&self) -> &[Gap] {
-        &self.gaps
-    }
-
-    /// Returns the files beside the recording that may belong to it and cannot be read.
-    #[must_use]
-    pub fn left_out(&self) -> &LeftOut {
-        &self.left_out
     }
 
     /// Returns all messages in the order of their log times. Messages of the same time are in the order of
@@ -304,72 +357,89 @@ impl Recording {
         Some((first.min(last), last.max(first)))
     }
 
-    /// Adds what was found in a file. The values that a part repeats from the part before it are omitted.
-    fn add(&mut self, path: PathBuf, found: FileContents) {
-        let FileContents {
-            summary,
-            metadata,
-            damage,
-        } = found;
-        let number = metadata
+    fn add_mcap(
+        &mut self,
+        path: &Path,
+        source: Source,
+        found: mcap_file::FileContents,
+        budget: &mut Budget,
+    ) -> Result<(), Exceeded> {
+        let number = found
+            .metadata
             .get(PART)
             .and_then(Mark::from_metadata)
             .map(|mark| mark.number);
         let before = self.parts.last().and_then(|part| part.number);
         let follows = before.is_some() && before.and_then(|before| before.checked_add(1)) == number;
-        let news = match metadata.get(BEGINS).and_then(|begins| begins.get(BYTE)) {
+        let news = match found.metadata.get(BEGINS).and_then(|begins| begins.get(BYTE)) {
             _ if !follows => 0,
             Some(byte) => byte.parse().unwrap_or(0),
             // The part was cut off before it contained anything new.
             None => u64::MAX,
         };
-        self.gaps.extend(metadata.get(GAP).and_then(Gap::from_metadata));
-        let part = self.parts.len();
+        self.gaps
+            .extend(found.metadata.get(GAP).and_then(Gap::from_metadata));
+        let sorted: BTreeMap<_, _> = found.channels.iter().collect();
         let mut channels = BTreeMap::new();
-        let found: BTreeMap<_, _> = summary.channels.iter().collect();
-        let known = self.channels.len();
-        for (id, channel) in found {
-            let channel = Channel::from(&**channel);
-            let same = self.channels[..known].iter().find(|known| ***known == channel);
-            let channel = match same {
-                Some(known) => Arc::clone(known),
-                None => Arc::clone(self.channels.push_mut(Arc::new(channel))),
-            };
-            channels.insert(*id, channel);
+        let mut definitions = self.channels.definitions_of_file();
+        for (id, channel) in sorted {
+            channels.insert(i64::from(*id), definitions.add(channel, budget)?);
         }
-        let news = summary
-            .chunk_indexes
-            .iter()
-            .filter(|index| index.chunk_start_offset >= news);
-        self.chunks.extend(news.map(|index| Chunk {
-            part,
-            offset: index.chunk_start_offset,
-            start: index.message_start_time,
-            end: index.message_end_time,
-        }));
-        for (name, said) in metadata {
+        let is_new = |chunk: &Chunk| chunk.place.offset().is_none_or(|offset| offset >= news);
+        self.chunks.extend(found.chunks.into_iter().filter(is_new));
+        for (name, said) in found.metadata {
             match self.metadata.entry(name) {
                 Entry::Vacant(free) => drop(free.insert(said)),
                 Entry::Occupied(mut known) if known.key() == LOST => add_up(known.get_mut(), &said),
                 Entry::Occupied(_) => {}
             }
         }
-        for index in &summary.attachment_indexes {
-            let position = (part, index.offset);
-            self.attached.entry(index.name.clone()).or_insert(position);
+        for (name, offset) in found.attachments {
+            let position = (self.parts.len(), offset);
+            self.attached.entry(name).or_insert(position);
         }
+        self.add_damage(path, found.damage, number.is_some());
+        self.parts.push(Part {
+            path: path.to_owned(),
+            source: Arc::new(source),
+            channels,
+            number,
+        });
+        Ok(())
+    }
+
+    fn add_database(
+        &mut self,
+        path: &Path,
+        source: Source,
+        found: sqlite::Contents,
+        budget: &mut Budget,
+    ) -> Result<(), Exceeded> {
+        budget.hold(found.chunks.len() * size_of::<Chunk>())?;
+        let mut channels = BTreeMap::new();
+        for (id, channel) in found.channels {
+            channels.insert(id, self.channels.add(channel, budget)?);
+        }
+        self.chunks.extend(found.chunks);
+        let damage = found.damage.map(|reason| Damage { offset: None, reason });
+        self.add_damage(path, damage, false);
+        self.parts.push(Part {
+            path: path.to_owned(),
+            source: Arc::new(source),
+            channels,
+            number: None,
+        });
+        Ok(())
+    }
+
+    fn add_damage(&mut self, path: &Path, damage: Option<Damage>, is_part: bool) {
         if let Some(Damage { offset, reason }) = damage.filter(|_| self.damage.is_none()) {
             let reason = match path.file_name() {
-                Some(name) if number.is_some() => format!("{}: {reason}", name.display()),
+                Some(name) if is_part => format!("{}: {reason}", name.display()),
                 _ => reason,
             };
             self.damage = Some(Damage { offset, reason });
         }
-        self.parts.push(Part {
-            path,
-            channels,
-            number,
-        });
     }
 }
 
@@ -382,99 +452,33 @@ fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) 
     }
 }
 
+/// Returns the files of the only recording that a path denotes, and what beside them cannot be read.
+fn single(path: &Path) -> Result<(Vec<PathBuf>, LeftOut), ReadError> {
+    let Found {
+        mut recordings,
+        left_out,
+        first_unread,
+    } = part::find_recordings(path).map_err(failed(path))?;
+    let Some(first) = recordings.pop() else {
+        return Err(match first_unread {
+            None => ReadError::Empty(path.to_owned()),
+            Some((path, error)) if error.kind() == ErrorKind::InvalidData => ReadError::NotRecording(path),
+            Some((path, error)) => ReadError::File { path, error },
+        });
+    };
+    if !recordings.is_empty() {
+        return Err(ReadError::Ambiguous {
+            path: path.to_owned(),
+            count: recordings.len() + 1,
+            first: first.into_iter().next().unwrap_or_default(),
+        });
+    }
+    Ok((first, left_out))
+}
+
 fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {
     |error| ReadError::File {
         path: path.to_owned(),
         error,
     }
-}
-
-/// Reads the index of a file, or scans the file.
-fn read(path: &Path) -> Result<FileContents, ReadError> {
-    let mut file = File::open(path).map_err(failed(path))?;
-    let mut magic = [0; mcap::MAGIC.len()];
-    match file.read_exact(&mut magic) {
-        Ok(()) if magic == mcap::MAGIC => {}
-        Err(error) if error.kind() != ErrorKind::UnexpectedEof => return Err(failed(path)(error)),
-        Ok(()) | Err(_) => return Err(ReadError::NotMcap(path.to_owned())),
-    }
-    let indexed = read_index(&mut file).map_err(failed(path))?;
-    indexed.map_or_else(|| scan::scan(&mut file).map_err(failed(path)), Ok)
-}
-
-/// Reads a file by its index. `None` if there is no readable index.
-fn read_index(file: &mut File) -> io::Result<Option<FileContents>> {
-    let Some(summary) = summary(file)?.filter(is_index_complete) else {
-        return Ok(None);
-    };
-    let mut metadata = BTreeMap::new();
-    for index in &summary.metadata_indexes {
-        let Some((opcode, body)) = scan::record(file, index.offset)? else {
-            return Ok(None);
-        };
-        match mcap::parse_record(opcode, &body) {
-            Ok(Record::Metadata(entry)) => metadata.insert(entry.name, entry.metadata),
-            Ok(_) | Err(_) => return Ok(None),
-        };
-    }
-    Ok(Some(FileContents {
-        summary,
-        metadata,
-        damage: None,
-    }))
-}
-
-impl From<&mcap::Channel<'_>> for Channel {
-    fn from(channel: &mcap::Channel<'_>) -> Self {
-        let schema = channel.schema.as_deref();
-        Self {
-            topic: channel.topic.clone(),
-            type_name: schema.map_or(String::new(), |schema| schema.name.clone()),
-            definition_encoding: schema.map_or(String::new(), |schema| schema.encoding.clone()),
-            definition: schema.map_or(Vec::new(), |schema| schema.data.to_vec()),
-            encoding: channel.message_encoding.clone(),
-            metadata: channel.metadata.clone(),
-        }
-    }
-}
-
-/// Returns whether the index leads to every message. Other programs may write messages outside chunks, and
-/// may leave out parts of the index.
-fn is_index_complete(summary: &Summary) -> bool {
-    summary.stats.as_ref().is_some_and(|stats| {
-        stats.chunk_count as usize == summary.chunk_indexes.len()
-            && stats.attachment_count as usize == summary.attachment_indexes.len()
-            && stats.metadata_count as usize == summary.metadata_indexes.len()
-            && stats.channel_count as usize == summary.channels.len()
-            && (stats.message_count == 0 || stats.chunk_count > 0)
-    })
-}
-
-/// Reads the index at the end of a file. `None` if there is none, or if it is not credible.
-fn summary(file: &mut File) -> io::Result<Option<Summary>> {
-    let mut reader = SummaryReader::new();
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(SummaryReadEvent::ReadRequest(need)) => {
-                let read = file.read(reader.insert(need))?;
-                reader.notify_read(read);
-            }
-            // A file that is too short for the seek is not a failure of the disk.
-            Ok(SummaryReadEvent::SeekRequest(to)) => match file.seek(to) {
-                Ok(at) => reader.notify_seeked(at),
-                Err(error) if error.kind() == ErrorKind::InvalidInput => return Ok(None),
-                Err(error) => return Err(error),
-            },
-            Err(McapError::Io(error)) if error.kind() != ErrorKind::UnexpectedEof => return Err(error),
-            Err(_) => return Ok(None),
-        }
-    }
-    let length = file.seek(SeekFrom::End(0))?;
-    Ok(reader.finish().filter(|summary| {
-        let inside = |index: &mcap::records::ChunkIndex| {
-            let end = index.chunk_start_offset.checked_add(index.chunk_length);
-            end.is_some_and(|end| end <= length)
-        };
-        summary.chunk_indexes.iter().all(inside)
-    }))
 }

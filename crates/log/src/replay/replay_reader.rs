@@ -103,7 +103,7 @@ impl ReplayReader {
                         source.name
                     ))
                 })?;
-            if channel.definition != definition::definition(&source.value_type).as_bytes() {
+            if *channel.definition != *definition::definition(&source.value_type).as_bytes() {
                 return Err(incomplete(format!(
                     "the definition of `{}` (a {}) in it differs from that of {} in the application",
                     source.name, channel.type_name, source.value_type.name
@@ -129,12 +129,9 @@ impl ReplayReader {
                 start: drive.start(),
                 read: 0,
                 at_end: false,
-                damage: recording.damage().map(|damage| {
-                    format!(
-                        "it ends too soon, {} bytes from its beginning: {}",
-                        damage.offset, damage.reason
-                    )
-                }),
+                damage: recording
+                    .damage()
+                    .map(|damage| format!("it ends too soon, {damage}")),
                 time: 0,
                 steps: Steps::new(),
                 translation: Translation::new(drive, application),

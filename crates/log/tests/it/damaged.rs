@@ -44,7 +44,7 @@ fn record(file: &Path) {
 fn read(file: &Path) -> (u64, bool) {
     let recording = match Recording::open(file) {
         Ok(recording) => recording,
-        Err(ReadError::NotMcap(_)) => return (0, true),
+        Err(ReadError::NotRecording(_)) => return (0, true),
         Err(error) => panic!("{error}"),
     };
     let mut damaged = recording.damage().is_some();

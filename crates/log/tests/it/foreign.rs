@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 
-use jde_log::{ReadError, Recording, Survey, recorded_variables, undecodable_topics};
+use jde_log::{ReadError, RecordedVariables, Recording, Survey};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 
@@ -96,7 +96,7 @@ fn a_truncated_file_of_another_program_is_read_up_to_its_end() {
     std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
     let survey = Survey::of(&Recording::open(&file).unwrap()).unwrap();
     let damage = survey.damage.unwrap();
-    assert!(damage.offset <= bytes.len() as u64 / 2);
+    assert!(damage.offset.unwrap() <= bytes.len() as u64 / 2);
     assert!(survey.messages > MESSAGES / 2 && survey.messages < 2 * MESSAGES);
 }
 
@@ -180,9 +180,9 @@ fn the_files_of_a_bag_are_one_recording_of_the_types_that_are_known() {
         .map(|message| message.unwrap().log_time);
     assert_eq!(times.collect::<Vec<_>>(), [100, 109, 110]);
 
-    let variables = recorded_variables(&recording);
-    let variables: Vec<_> = variables
-        .values()
+    let all = RecordedVariables::of(&recording);
+    let variables: Vec<_> = all
+        .iter()
         .map(|variable| (variable.name.as_str(), variable.value_type.name.as_str()))
         .collect();
     assert_eq!(
@@ -194,8 +194,8 @@ fn the_files_of_a_bag_are_one_recording_of_the_types_that_are_known() {
             ("unknown", "acme_msgs/msg/Notes"),
         ]
     );
-    let others = undecodable_topics(&recording);
-    let [fields, idl] = &others[..] else {
+    let others: Vec<_> = all.left_out().lines().collect();
+    let [fields, idl, _] = &others[..] else {
         panic!("{others:?}");
     };
     assert!(
@@ -233,7 +233,7 @@ fn zip_bomb(path: &Path, megabytes: usize, log_time: u64) -> mcap::Writer<BufWri
 fn a_chunk_that_is_too_large_is_not_decompressed() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bomb.mcap");
-    zip_bomb(&file, 300, 7).finish().unwrap();
+    zip_bomb(&file, 150, 7).finish().unwrap();
     assert!(
         fs::metadata(&file).unwrap().len() < 1 << 20,
         "the compressed file is small"
@@ -241,7 +241,7 @@ fn a_chunk_that_is_too_large_is_not_decompressed() {
     let survey = Survey::of(&Recording::open(&file).unwrap()).unwrap();
     let damage = survey.damage.expect("the damage is reported");
     assert!(
-        damage.reason.contains("the limits are 256 MB"),
+        damage.reason.contains("the limits are 128 MB"),
         "{}",
         damage.reason
     );

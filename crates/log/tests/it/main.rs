@@ -1,5 +1,7 @@
 //! Recordings: split, triggered by conditions, damaged, written by other programs, and replayed.
 
+mod bags;
+mod checks;
 mod damaged;
 mod foreign;
 mod hindered;

@@ -10,13 +10,13 @@ from jde.series import Series
 
 
 class Recording:
-    """A recording of `jde run --record` or `jde record`, or of another program in MCAP with ROS 2 types.
+    """A recording of `jde run --record` or `jde record`, or of another program in MCAP with ROS 2 types, or a bag of ROS 2.
 
     `recording["pioneer.truth"]` is a `Series`. In a notebook, a recording is its picture.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """Open a file, or the folder of a recording in parts."""
+        """Open a file, or the folder of a recording in parts or of a bag."""
         self._path = os.fspath(path)
         self._native = _jde.Recording(self._path)
 
@@ -31,12 +31,20 @@ class Recording:
         return self._native.damage
 
     @property
+    def left_out(self) -> list[str]:
+        """The files and topics of another program that cannot be read, each with the reason."""
+        return self._native.left_out
+
+    @property
     def variables(self) -> dict[str, str]:
         """The names of the variables, and of their types."""
         return self._native.variables
 
     def __getitem__(self, name: str) -> Series:
-        """Return the values of a variable. Times are those of measurement. Needs NumPy."""
+        """Return the values of a variable. Times are those of measurement. Needs NumPy.
+
+        Messages of another program that are no such values are left out, and a warning says so.
+        """
         return Series(name, *self._native.series(name))
 
     @property

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use jde_board::value::{self, Value};
 use jde_core::Nanos;
-use jde_log::{Channel, Message, Recording, value_type};
+use jde_log::{Channel, DecodeError, LeftOut, Message, RecordedVariable, Recording, value_type};
 use jde_ros::{cdr, definition};
 use jde_sim::World;
 use jde_types::{Body, LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
@@ -80,7 +80,7 @@ impl DriveCollector {
         }
     }
 
-    /// Processes a message. `acting` returns the schema that acts for a robot at present.
+    /// Processes a message of a variable. `acting` returns the schema that acts for a robot at present.
     ///
     /// # Errors
     /// The message is no value of its type.
@@ -88,19 +88,20 @@ impl DriveCollector {
         &mut self,
         columns: Columns,
         time: Nanos,
-        message: &Message,
+        reading: &mut Reading<'_>,
         acting: impl Fn(&str) -> Option<usize>,
-    ) -> Result<(), cdr::Error> {
+    ) -> Result<(), DecodeError> {
+        let message = reading.message;
         let topic = &message.channel.topic;
         let shows_walls = self.shows_walls();
         if let Some(robot) = self.robots.iter_mut().find(|robot| robot.has(topic)) {
-            robot.message(columns, time, message, shows_walls, acting)?;
+            robot.message(columns, time, reading, shows_walls, acting)?;
         } else if self.topics.mission.as_ref() == Some(topic) {
-            if let Some(mission) = read::<Mission>(message)? {
+            if let Some(mission) = reading.read::<Mission>()? {
                 self.mission(mission);
             }
         } else if self.topics.route.as_ref() == Some(topic) {
-            if let Some(route) = read::<Route>(message)? {
+            if let Some(route) = reading.read::<Route>()? {
                 self.route = route.poses.iter().map(|pose| (pose.x, pose.y)).collect();
             }
         } else if let Some(channel) = self.topics.world.as_ref().filter(|world| world.topic == *topic)
@@ -394,10 +395,18 @@ fn schema_name(owner: &str) -> &str {
     owner.trim_start_matches('/')
 }
 
-/// Decodes a message as a value of a type.
-pub(super) fn read<T: jde_types::Value>(message: &Message) -> Result<Option<T>, cdr::Error> {
-    let bytes = cdr::decode(&T::describe(), &message.data)?;
-    Ok(T::from_bytes(&bytes))
+/// A message of a variable, and the report of what of it cannot be read.
+pub(crate) struct Reading<'a> {
+    pub(crate) message: &'a Message,
+    pub(crate) variable: &'a RecordedVariable,
+    pub(crate) left_out: &'a mut LeftOut,
+}
+
+impl Reading<'_> {
+    /// Decodes the message as a value of a type.
+    pub(super) fn read<T: jde_types::Value>(&mut self) -> Result<Option<T>, DecodeError> {
+        self.variable.decode_as(&self.message.data, self.left_out)
+    }
 }
 
 /// Decodes a message that is one number.

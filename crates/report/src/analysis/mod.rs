@@ -20,7 +20,10 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::{Nanos, State};
-use jde_log::{LeftOut, Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey, record};
+use jde_log::{
+    LeftOut, Message, ReadError, RecordedHierarchy, RecordedVariables, Recording, SchemaProblems, Survey,
+    record,
+};
 use jde_records::turn::Turn;
 use jde_records::{Decision, RunRecord, state_named};
 use jde_ros::cdr;
@@ -38,7 +41,7 @@ pub(crate) use trace::{Cell, Trace};
 pub use trace::{Number, Series};
 
 use bounded::Ends;
-use drive::DriveCollector;
+use drive::{DriveCollector, Reading};
 
 /// The topic of the schemas' turns.
 const TURNS: &str = "/jde/turns";
@@ -93,7 +96,7 @@ pub struct Analysis {
     pub(crate) ending: DriveSummary,
     /// The traced numbers.
     pub(crate) traces: Vec<(Series, Trace)>,
-    /// Messages that are no values of their type.
+    /// Files, topics and messages that cannot be read.
     pub(crate) left_out: LeftOut,
     /// Whether turns were recorded, from which working times are known.
     pub(crate) has_turns: bool,
@@ -146,9 +149,12 @@ impl Analysis {
     pub(crate) fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if let Some(damage) = &self.survey.damage {
+            let place = damage.offset.map_or(String::new(), |offset| {
+                format!(", at byte {offset} of {}", self.survey.bytes)
+            });
             remarks.push(format!(
-                "the recording ends too soon, at byte {} of {}: {}; only the part before is shown",
-                damage.offset, self.survey.bytes, damage.reason
+                "the recording ends too soon{place}: {}; only the part before is shown",
+                damage.reason
             ));
         }
         let parts = self.survey.parts.as_ref();
@@ -188,6 +194,8 @@ struct Reader {
     periods: HashMap<String, String>,
     /// The owner and publication times of exports, by topic.
     exports: BTreeMap<String, (String, SchemaTiming)>,
+    /// The channels whose messages are values.
+    variables: RecordedVariables,
 }
 
 impl Reader {
@@ -206,6 +214,7 @@ impl Reader {
             stem.to_string_lossy().into_owned()
         });
         let hierarchy = RecordedHierarchy::of_recording(recording);
+        let variables = RecordedVariables::of(recording);
         let mut series: HashMap<String, Vec<usize>> = HashMap::new();
         for (number, wanted) in wanted.series.iter().enumerate() {
             series.entry(wanted.topic.clone()).or_default().push(number);
@@ -248,7 +257,7 @@ impl Reader {
                 troubled: Vec::new(),
                 ending: DriveSummary::default(),
                 traces,
-                left_out: LeftOut::default(),
+                left_out: variables.left_out().clone(),
                 has_turns: false,
                 lockstep: hierarchy.map(|hierarchy| hierarchy.lockstep),
             },
@@ -260,6 +269,7 @@ impl Reader {
             series,
             periods,
             exports,
+            variables,
         };
         reader.grow();
         Ok(reader)
@@ -290,6 +300,10 @@ impl Reader {
             self.turn(message);
             return;
         }
+        // The topic may have messages of another type.
+        let Some(variable) = self.variables.get(&message.channel).cloned() else {
+            return;
+        };
         let columns = self.analysis.columns;
         let mut read = Ok(());
         for number in self.series.get(topic).into_iter().flatten() {
@@ -308,9 +322,17 @@ impl Reader {
             let mut acting = acting.iter().copied();
             acting.find(|schema| is_alone || hierarchy.acts_for(*schema, robot))
         };
-        let drawn = self.drive.message(columns, time, message, acting_for);
+        let drawn = {
+            let mut reading = Reading {
+                message,
+                variable: &variable,
+                left_out: &mut self.analysis.left_out,
+            };
+            self.drive.message(columns, time, &mut reading, acting_for)
+        };
         if let Err(error) = read.and(drawn) {
-            self.analysis.left_out.add(topic, error);
+            let what = format_args!("a message of {topic}");
+            self.analysis.left_out.add_again(what, error);
         }
     }
 

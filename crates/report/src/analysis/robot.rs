@@ -2,14 +2,13 @@
 //! knows no other robot and no world.
 
 use jde_core::Nanos;
-use jde_log::Message;
-use jde_ros::cdr;
+use jde_log::{DecodeError, Message};
 use jde_sim::Footprint;
 use jde_types::{Body, LaserPoint, LaserScan, Odometry, Pose2D, Truth};
 
 use super::columns::Columns;
 use super::decimated::Decimated;
-use super::drive::read;
+use super::drive::Reading;
 use crate::map::{PathPoint, is_placed};
 
 /// Most points stored of all paths, and most scans: more than a picture can show.
@@ -82,27 +81,28 @@ impl Robot {
         &mut self,
         columns: Columns,
         time: Nanos,
-        message: &Message,
+        reading: &mut Reading<'_>,
         shows_walls: bool,
         acting: impl Fn(&str) -> Option<usize>,
-    ) -> Result<(), cdr::Error> {
+    ) -> Result<(), DecodeError> {
+        let message = reading.message;
         let topic = Some(&message.channel.topic);
         if self.truth_topic.as_ref() == topic {
-            if let Some(truth) = read::<Truth>(message)? {
+            if let Some(truth) = reading.read::<Truth>()? {
                 self.add_truth(columns, time, message, truth);
                 self.at(columns, time, truth.pose, acting);
             }
         } else if self.odometry_topic.as_ref() == topic {
-            if let Some(odometry) = read::<Odometry>(message)? {
+            if let Some(odometry) = reading.read::<Odometry>()? {
                 self.odometry = Some(odometry.pose2d());
                 if self.truth_topic.is_none() {
                     self.at(columns, time, odometry.pose2d(), acting);
                 }
             }
         } else if self.body_topic.as_ref() == topic {
-            self.body = read::<Body>(message)?;
+            self.body = reading.read::<Body>()?;
         } else if !shows_walls {
-            self.laser(columns, time, message)?;
+            self.laser(columns, time, reading)?;
         }
         if let (None, Some(truth), Some(odometry)) = (self.anchor, self.pose, self.odometry)
             && self.truth_topic.is_some()
@@ -148,12 +148,12 @@ impl Robot {
         }
     }
 
-    fn laser(&mut self, columns: Columns, time: Nanos, message: &Message) -> Result<(), cdr::Error> {
+    fn laser(&mut self, columns: Columns, time: Nanos, reading: &mut Reading<'_>) -> Result<(), DecodeError> {
         let is_due = self.scanned.is_none_or(|last| time >= last.saturating_add(SCAN));
         let (true, true, Some(robot)) = (is_due, columns.has(time), self.pose) else {
             return Ok(());
         };
-        let Some(scan) = read::<LaserScan>(message)? else {
+        let Some(scan) = reading.read::<LaserScan>()? else {
             return Ok(());
         };
         self.scanned = Some(time);

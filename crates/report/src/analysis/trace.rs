@@ -2,7 +2,7 @@
 //! variable, a trace holds its value until the next. Where there is no value, it has a gap.
 
 use jde_core::Nanos;
-use jde_ros::cdr;
+use jde_log::DecodeError;
 
 use super::columns::Columns;
 
@@ -21,7 +21,7 @@ pub struct Series {
 }
 
 /// Extracts a number from a message. It fails if that is no value of its type.
-pub type Number = Box<dyn Fn(&[u8]) -> Result<Option<f64>, cdr::Error> + Send>;
+pub type Number = Box<dyn Fn(&[u8]) -> Result<Option<f64>, DecodeError> + Send>;
 
 /// A number over time.
 #[derive(Clone, Debug)]

@@ -212,11 +212,16 @@ struct Tape {
     /// Why the recording is damaged.
     #[export]
     damage: Export<Text<256>>,
+    /// What is not played.
+    #[export]
+    left_out: Export<Text<1020>>,
 }
 
 impl Schema for Tape {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.damage.write(cx, Text::new("it ends too soon, at byte 7"));
+        self.left_out
+            .write(cx, Text::new("/notes is left out: its type is not known"));
         Ok(())
     }
 }
@@ -279,6 +284,7 @@ fn space_pauses_a_recording_and_its_slider_seeks_and_stays_at_the_sought_positio
         has(window, &shown)
     });
     until(&mut window, |window| has(window, "cut off"));
+    until(&mut window, |window| has(window, "not all is played"));
     // The left end is the beginning of the recording, at 5 s, and not the start of its application.
     let start = window.get_by_label(slider).rect().left_center() + vec2(1.0, 0.0);
     window.hover_at(start);

@@ -113,6 +113,17 @@ impl SeekBar {
             if let Some(damage) = damage {
                 mark.on_hover_text(format!("{}; the part before is played", damage.as_str()));
             }
+            let left_out = session.read::<Text<1020>>(&variable_name("left_out"), Rate::Hz(1));
+            let left_out = left_out.map(|(text, _)| text).filter(|text| !text.is_empty());
+            let mark = if left_out.is_some() {
+                "not all is played"
+            } else {
+                ""
+            };
+            let mark = ui.colored_label(ui.visuals().warn_fg_color, mark);
+            if let Some(left_out) = left_out {
+                mark.on_hover_text(left_out.as_str());
+            }
             let Some((begin, end)) = range else { return };
             ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
             let mut place = self.sought.as_ref().map_or(position, |sought| sought.place);

@@ -347,7 +347,7 @@ fn an_unplayable_recording_is_refused_with_its_reason() {
 
     let fixture = Fixture::new();
     fs::write(fixture.file(), "not a recording").expect("it is written");
-    assert!(fixture.refused().contains("is no MCAP file"));
+    assert!(fixture.refused().contains("is no MCAP file and no bag of ROS 2"));
 }
 
 #[test]

@@ -10,6 +10,7 @@ use jde_report::format_size;
 use serde::Serialize;
 
 use crate::cli::print_value;
+use crate::escape::escape;
 use crate::failure::{Failure, display_path};
 use crate::remote::table::{Alignment, Cell, Table};
 use crate::summary::pluralize;
@@ -24,7 +25,8 @@ const MAX_LISTED: usize = 6;
 
 /// Print an overview of a recording: application, time, topics, decisions of each group, and faults.
 ///
-/// Reads the whole file, of any MCAP writer. A damaged file is read up to the damage, which is reported. Any
+/// Reads the whole file, of any MCAP writer, or a bag of ROS 2 in MCAP or SQLite. A damaged file is read up to the damage,
+/// which is reported, and what cannot be read is named. Any
 /// part of a recording in parts (`--split`), or a folder that contains only these parts, stands for the whole
 /// recording; this is true of every verb that reads recordings.
 #[derive(Args)]
@@ -84,15 +86,24 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
             Some(seconds) => format!("up to {seconds:.3} s"),
             None => "up to there, which contains no messages".to_owned(),
         };
-        write!(out, "{BAD}damaged at byte {}", damage.offset)?;
-        if survey.parts.is_none() {
-            write!(out, " of {}", survey.bytes)?;
+        write!(out, "{BAD}damaged")?;
+        if let Some(offset) = damage.offset {
+            write!(out, " at byte {offset}")?;
+            if survey.parts.is_none() {
+                write!(out, " of {}", survey.bytes)?;
+            }
         }
         writeln!(out, "{BAD:#}: {}; it can be read {until}", damage.reason)?;
     }
     if !survey.topics.is_empty() {
         writeln!(out)?;
         topic_table(survey).write(out)?;
+    }
+    if !survey.left_out.is_empty() {
+        writeln!(out)?;
+    }
+    for line in &survey.left_out {
+        writeln!(out, "{WARN}{}{WARN:#}", escape(line))?;
     }
     if survey.decisions > 0 {
         writeln!(out)?;
@@ -114,9 +125,6 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     }
     for gap in &survey.gaps {
         writeln!(out, "{WARN}gap{WARN:#}: {gap}")?;
-    }
-    for line in &survey.left_out {
-        writeln!(out, "{WARN}{line}{WARN:#}")?;
     }
     Ok(())
 }

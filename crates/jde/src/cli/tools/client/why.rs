@@ -104,10 +104,8 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
     if let Some(damage) = recording.damage() {
         writeln!(
             terminal::err(),
-            "{} ends too soon, at byte {}: {}; the part before it is read",
-            display_path(file),
-            damage.offset,
-            damage.reason
+            "{} ends too soon, {damage}; the part before it is read",
+            display_path(file)
         )?;
     }
     let gaps = recording.gaps().iter().map(ToString::to_string);
