@@ -5,6 +5,7 @@ mod checks;
 mod damaged;
 mod foreign;
 mod hindered;
+mod hostile;
 mod killed;
 mod replay;
 mod split;
