@@ -73,6 +73,15 @@ fn each_schema_is_a_name_space_without_duplicates() {
 }
 
 #[test]
+fn a_variable_without_an_owner_is_found_by_its_name_alone() {
+    let mut topic = declaration("scan", &float64(), COMMAND);
+    topic.owner.clear();
+    let board = Board::new();
+    board.declare(topic).unwrap();
+    assert_eq!(board.find("scan").unwrap().describe().full_name(), "scan");
+}
+
+#[test]
 fn an_invalid_declaration_is_refused_with_a_reason() {
     let refused = |change: fn(&mut jde_board::Declaration)| {
         let mut invalid = declaration("speed", &float64(), COMMAND);
@@ -89,7 +98,7 @@ fn an_invalid_declaration_is_refused_with_a_reason() {
     );
     assert_eq!(
         refused(|invalid| invalid.name.clear()),
-        "variable `pioneer.` needs both an owner and a name"
+        "a variable of `pioneer` has no name"
     );
     assert_eq!(
         refused(|invalid| invalid.readers = 5000),
