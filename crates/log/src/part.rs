@@ -12,7 +12,7 @@ use mcap::records::{Record, op};
 use serde::Serialize;
 
 use crate::bag;
-use crate::recording::scan;
+use crate::recording::{self, scan};
 
 /// The name of the metadata with the mark of a part.
 pub(crate) const PART: &str = "jde/part";
@@ -23,8 +23,6 @@ pub(crate) const BEGINS: &str = "jde/part/begins";
 pub(crate) const BYTE: &str = "byte";
 /// The name of the metadata with the gap before a part.
 pub(crate) const GAP: &str = "jde/part/gap";
-/// The file name extension of MCAP files.
-const EXTENSION: &str = "mcap";
 /// The largest size of a metadata record up to the mark, in bytes.
 const MAX_METADATA_BYTES: u64 = 1 << 20;
 
@@ -58,13 +56,16 @@ impl Mark {
     /// Reads the mark of a file. `None` if the file is a whole recording.
     ///
     /// # Errors
-    /// The file cannot be read, or is no MCAP file.
+    /// The file cannot be read, or is no recording.
     pub(crate) fn read(path: &Path) -> io::Result<Option<Self>> {
         let mut file = File::open(path)?;
         let mut magic = Vec::new();
         Read::by_ref(&mut file)
             .take(mcap::MAGIC.len() as u64)
             .read_to_end(&mut magic)?;
+        if recording::is_of_bag(&magic) {
+            return Ok(None);
+        }
         if magic != mcap::MAGIC {
             return Err(io::Error::new(ErrorKind::InvalidData, "it is no MCAP file"));
         }
@@ -164,8 +165,6 @@ impl Found {
             Ok(mark) => Some(mark),
             // It was deleted meanwhile.
             Err(error) if error.kind() == ErrorKind::NotFound => None,
-            // Databases and packed files have no marks.
-            Err(error) if error.kind() == ErrorKind::InvalidData && !has_extension(path) => Some(None),
             Err(error) => {
                 self.left_out.add(path.display(), None, &error);
                 self.first_unread.get_or_insert((path.to_owned(), error));
@@ -175,7 +174,7 @@ impl Found {
     }
 }
 
-/// Finds the recordings that `path` denotes, each with its files in their order. A file denotes itself and
+/// Finds the recordings that `path` denotes. A file denotes itself and
 /// the other parts of its recording in its folder. A folder denotes the recordings in it. The name from which parts were
 /// numbered denotes the parts of the newest recording.
 ///
@@ -289,11 +288,6 @@ fn folder_of(parent: &Path) -> &Path {
     } else {
         parent
     }
-}
-
-/// Whether a file is one in MCAP by its name.
-fn has_extension(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension == EXTENSION)
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

@@ -54,11 +54,11 @@ pub struct Survey {
     /// The times of which it has nothing, because the disk did not accept it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gaps: Vec<Gap>,
-    /// What of it cannot be read as variables: files, topics and messages, each with the reason.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub left_out: Vec<String>,
     /// Where the recording ends too early, if it does.
     pub damage: Option<Damaged>,
+    /// What of it cannot be read: files, and of a whole survey topics and messages, each with the reason.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// The index of each topic in `topics`, by its name and type. A recording may have tens of thousands of
     /// topics.
     #[serde(skip)]
@@ -221,6 +221,7 @@ impl Survey {
                 .collect(),
             attachments: recording.attachments().map(str::to_owned).collect(),
             gaps: recording.gaps().to_vec(),
+            left_out: recording.left_out().lines().collect(),
             damage: recording.damage().cloned().map(Damaged::from),
             ..Self::default()
         })

@@ -143,7 +143,7 @@ impl Index {
         Some(format!("it ends too soon, {damage}"))
     }
 
-    /// Describes the times of which the recording has nothing.
+    /// Describes what the recording has not.
     pub(super) fn gaps(&self) -> impl Iterator<Item = String> {
         self.recording.gaps().iter().map(ToString::to_string)
     }

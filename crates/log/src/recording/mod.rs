@@ -26,6 +26,7 @@ use crate::part::{self, BEGINS, BYTE, Found, GAP, Gap, Mark, PART};
 pub use channel::Channel;
 use channel::Channels;
 pub use messages::Messages;
+pub(crate) use source::is_of_bag;
 use source::{Form, Source};
 
 /// The name of the metadata with the number of values lost during recording, by topic.
@@ -180,10 +181,32 @@ impl Recording {
             true => bag::find(path).map_err(failed(path))?,
             false => None,
         };
-        let (files, left_out) = match bag {
-            Some(bag) => (bag.files, bag.left_out),
-            None => single(path)?,
+        let Found {
+            mut recordings,
+            left_out,
+            first_unread,
+        } = match bag {
+            Some(bag) => Found {
+                recordings: vec![bag.files],
+                left_out: bag.left_out,
+                first_unread: None,
+            },
+            None => part::find_recordings(path).map_err(failed(path))?,
         };
+        let Some(files) = recordings.pop() else {
+            return Err(match first_unread {
+                None => ReadError::Empty(path.to_owned()),
+                Some((path, error)) if error.kind() == ErrorKind::InvalidData => ReadError::NotRecording(path),
+                Some((path, error)) => ReadError::File { path, error },
+            });
+        };
+        if !recordings.is_empty() {
+            return Err(ReadError::Ambiguous {
+                path: path.to_owned(),
+                count: recordings.len() + 1,
+                first: files.into_iter().next().unwrap_or_default(),
+            });
+        }
         if files.is_empty() {
             return Err(ReadError::Empty(path.to_owned()));
         }
@@ -237,13 +260,7 @@ impl Recording {
         .map_err(|error| failed(path)(io::Error::other(error)))
     }
 
-    /// Returns the times of which the recording has nothing, because the disk did not accept it.
-    #[must_use]
-    pub fn gaps(&self) -> &[Gap] {
-        &self.gaps
-    }
-
-    /// Returns what of the files, and of those beside them, cannot be read. [`RecordedVariables`](crate::RecordedVariables) adds the topics.
+    /// Returns what of the files cannot be read. [`RecordedVariables`](crate::RecordedVariables) adds the topics.
     #[must_use]
     pub const fn left_out(&self) -> &LeftOut {
         &self.left_out
@@ -326,6 +343,12 @@ impl Recording {
     #[must_use]
     pub fn damage(&self) -> Option<&Damage> {
         self.damage.as_ref()
+    }
+
+    /// Returns the times of which the recording has nothing, because the disk did not accept it.
+    #[must_use]
+    pub fn gaps(&self) -> &[Gap] {
+        &self.gaps
     }
 
     /// Returns all messages in the order of their log times. Messages of the same time are in the order of
@@ -450,30 +473,6 @@ fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) 
         let lost = lost.entry(topic.clone()).or_default();
         *lost = number(lost).saturating_add(number(more)).to_string();
     }
-}
-
-/// Returns the files of the only recording that a path denotes, and what beside them cannot be read.
-fn single(path: &Path) -> Result<(Vec<PathBuf>, LeftOut), ReadError> {
-    let Found {
-        mut recordings,
-        left_out,
-        first_unread,
-    } = part::find_recordings(path).map_err(failed(path))?;
-    let Some(first) = recordings.pop() else {
-        return Err(match first_unread {
-            None => ReadError::Empty(path.to_owned()),
-            Some((path, error)) if error.kind() == ErrorKind::InvalidData => ReadError::NotRecording(path),
-            Some((path, error)) => ReadError::File { path, error },
-        });
-    };
-    if !recordings.is_empty() {
-        return Err(ReadError::Ambiguous {
-            path: path.to_owned(),
-            count: recordings.len() + 1,
-            first: first.into_iter().next().unwrap_or_default(),
-        });
-    }
-    Ok((first, left_out))
 }
 
 fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {

@@ -69,6 +69,11 @@ impl Source {
     }
 }
 
+/// Whether a file that begins like that is a database or packed, as files of bags are.
+pub(crate) fn is_of_bag(head: &[u8]) -> bool {
+    head.starts_with(&ZSTD) || head.starts_with(&SQLITE[..mcap::MAGIC.len()])
+}
+
 fn read_head(file: &mut File) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
     file.take(SQLITE.len() as u64).read_to_end(&mut head)?;

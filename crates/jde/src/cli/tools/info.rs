@@ -106,8 +106,7 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{WARN}{}{WARN:#}", escape(line))?;
     }
     if survey.decisions > 0 {
-        writeln!(out)?;
-        writeln!(out, "{}", pluralize(survey.decisions, "decision"))?;
+        writeln!(out, "\n{}", pluralize(survey.decisions, "decision"))?;
         for group in &survey.groups {
             let switches = pluralize(group.switches, "switch");
             let (name, decisions) = (&group.group, group.decisions);
