@@ -196,7 +196,9 @@ impl Recording {
         let Some(files) = recordings.pop() else {
             return Err(match first_unread {
                 None => ReadError::Empty(path.to_owned()),
-                Some((path, error)) if error.kind() == ErrorKind::InvalidData => ReadError::NotRecording(path),
+                Some((path, error)) if error.kind() == ErrorKind::InvalidData => {
+                    ReadError::NotRecording(path)
+                }
                 Some((path, error)) => ReadError::File { path, error },
             });
         };

@@ -142,7 +142,8 @@ fn a_message_that_is_no_value_is_left_out_with_the_reason() {
     output.finish().expect("it is written");
     fixture.bench.awake().expect("it is a recording");
     assert_eq!(fixture.at(0.5).spoilt, 1);
-    let warned = |(_, text): &(_, String)| text == "a message of /scan is left out: its limits are 0 m and 0 m";
+    let warned =
+        |(_, text): &(_, String)| text == "a message of /scan is left out: its limits are 0 m and 0 m";
     assert!(
         fixture.bench.log().iter().any(warned),
         "{:?}",
