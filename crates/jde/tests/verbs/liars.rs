@@ -130,7 +130,7 @@ fn an_application_that_states_nonsense_is_named_and_the_others_are_shown() {
     assert!(
         apps.out
             .lines()
-            .any(|line| line.starts_with("pair ") && line.contains("talker")),
+            .any(|line| line.starts_with("pair ") && line.contains("listener")),
         "{apps:?}"
     );
     for (name, _, reason) in &liars {

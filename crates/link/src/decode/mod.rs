@@ -291,10 +291,12 @@ fn check_port(port: &PortInfo, what: impl Fn() -> String) -> Result<(), String> 
 fn check_variable(variable: &VariableInfo) -> Result<(), String> {
     check_name(&variable.name, || "a variable".to_owned())?;
     let name = &variable.name;
-    let parts = name
-        .strip_prefix(variable.owner.as_str())
-        .and_then(|rest| rest.strip_prefix('.'));
-    if parts != Some(&variable.variable) {
+    let is_owned = match variable.owner.as_str() {
+        // A topic of a recording of others may have a name of one part.
+        "" => *name == variable.variable,
+        owner => *name == format!("{owner}.{}", variable.variable),
+    };
+    if !is_owned {
         return Err(format!("the variable `{name}` is not one of its owner"));
     }
     if !["export", "modulation", "command"].contains(&variable.access.as_str()) {

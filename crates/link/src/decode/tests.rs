@@ -135,6 +135,22 @@ fn schemas_that_are_not_there_are_named() {
 }
 
 #[test]
+fn a_variable_has_the_name_of_its_owner_unless_it_has_none() {
+    let (message, _) = messages().swap_remove(2);
+    let read = |name: &str, owner: &str| {
+        let mut message = message.clone();
+        message[0]["name"] = json!(name);
+        message[0]["owner"] = json!(owner);
+        variables(&bytes(message)).map(drop)
+    };
+    assert_eq!(read("fast", ""), Ok(()));
+    assert_eq!(read("robot2:goon.fast", "robot2:goon"), Ok(()));
+    for (name, owner) in [("goon.fast", ""), ("fast", "goon"), (".fast", "")] {
+        assert!(nonsense(read(name, owner)).contains("not one of its owner"));
+    }
+}
+
+#[test]
 fn an_application_with_the_name_of_another_is_refused() {
     let of = |name: &str, id: &str| about(&bytes(example(name, id)));
     assert!(of("robot", ID).is_ok());

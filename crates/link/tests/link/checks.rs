@@ -4,7 +4,7 @@ use jde_link::decode;
 use jde_records::RecordKind;
 
 /// Reads bytes as every message that the other end of a link can send. Whatever passes can be walked through.
-pub fn messages(data: &[u8]) {
+pub(crate) fn messages(data: &[u8]) {
     let _ = (
         decode::about(data),
         decode::operate_reply(data),
