@@ -7,13 +7,16 @@ use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyList, PyString, PyType};
+use pyo3::types::{PyBytes, PyList, PyString, PyType};
 
 use crate::views::Views;
 use crate::{lock, numbers};
 
 /// Arrays and sequences of up to this many numbers become lists; longer ones become views of the memory.
 const LONGEST_LIST: usize = 64;
+
+/// The largest field, bytes: that of a definition.
+const MOST_BYTES: usize = 256 << 20;
 
 /// The layout of a type of value.
 #[pyclass(frozen, module = "jde._jde")]
@@ -52,6 +55,12 @@ impl Layout {
             if capacity == 0 {
                 return Err(PyValueError::new_err(format!(
                     "field `{name}` has no room: its capacity is 0"
+                )));
+            }
+            if kind.bytes().saturating_mul(capacity) > MOST_BYTES {
+                return Err(PyValueError::new_err(format!(
+                    "field `{name}` has more than {} MiB",
+                    MOST_BYTES >> 20
                 )));
             }
             // A sequence or a text is a structure that begins with its length.
@@ -143,10 +152,8 @@ impl Layout {
 
     /// Returns the bytes of a value.
     #[pyo3(name = "encode")]
-    fn encode_to_bytes(&self, value: &Bound<'_, PyAny>) -> PyResult<Vec<u8>> {
-        let mut bytes = vec![0; self.ty.bytes];
-        self.encode(value, &mut bytes)?;
-        Ok(bytes)
+    fn encode_to_bytes<'py>(&self, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyBytes>> {
+        PyBytes::new_with(value.py(), self.ty.bytes, |bytes| self.encode(value, bytes))
     }
 
     /// Returns the value of some bytes.

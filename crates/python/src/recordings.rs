@@ -1,20 +1,27 @@
 //! Recordings as arrays. Their format and their damage are the concern of `jde-log`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, TryReserveError};
 use std::ffi::CString;
 use std::path::PathBuf;
 
+use jde_abi::describe::Type;
 use jde_board::value::get_path;
 use jde_embed::split_name;
 use jde_log::{LeftOut, RecordedVariable, RecordedVariables, Recording};
 use jde_report::{Analysis, Picture, Series, Wanted};
-use pyo3::exceptions::{PyKeyError, PyUserWarning};
+use jde_ros::cdr;
+use pyo3::exceptions::{PyKeyError, PyMemoryError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error;
 use crate::pictures::{png, valid_size};
 use crate::values::dtype;
+
+/// An array of up to so many bytes is made, however short most of its values are.
+const MOST_UNASKED: usize = 1 << 30;
+/// How many times as large as its values a larger array may be.
+const MOST_TIMES: usize = 8;
 
 /// A recording, open for reading.
 #[pyclass(frozen, module = "jde", name = "Recording")]
@@ -80,37 +87,33 @@ impl OpenRecording {
     ) -> PyResult<(Vec<u64>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
         let (_, variable, _) = self.find(name)?;
         let start = self.start();
-        let (times, bytes, left_out) = py.detach(|| {
-            let (mut times, mut bytes, mut left_out) = (Vec::new(), Vec::new(), LeftOut::default());
-            for message in self.recording.messages().map_err(error)? {
-                let message = message.map_err(error)?;
-                let of = self.all.get(&message.channel);
-                if of.is_none_or(|of| of.name != variable.name) {
-                    continue;
-                }
-                match variable.decode(&message.data, &mut left_out) {
-                    Ok(value) => {
-                        bytes.extend(value);
-                        times.push(message.publish_time.saturating_sub(start));
-                    }
-                    Err(reason) if variable.is_foreign() => {
-                        left_out.add_again(format_args!("a message of {}", variable.topic), reason);
-                    }
-                    Err(reason) => return Err(error(reason)),
-                }
-            }
-            Ok::<_, PyErr>((times, bytes, left_out))
-        })?;
-        for line in left_out.lines() {
+        let held = py.detach(|| self.messages(variable))?;
+        for line in held.left_out.lines() {
             // A topic may have any name.
             let line = CString::new(line.replace('\0', "?"))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &line, 1)?;
         }
-        Ok((
-            times,
-            PyBytes::new(py, &bytes),
-            dtype(py, &variable.value_type)?.into_any(),
-        ))
+        let (value_type, messages) = (held.value_type, held.messages);
+        let bytes = messages.iter().map(|(_, data)| data.len()).sum::<usize>();
+        let size = value_type.bytes.saturating_mul(messages.len());
+        if size > MOST_UNASKED && size / bytes.max(1) > MOST_TIMES {
+            return Err(PyMemoryError::new_err(format!(
+                "the values of `{name}` have {} MiB, and an array of them needs {} MiB, because a few are much longer than the \
+                 others",
+                bytes >> 20,
+                size >> 20
+            )));
+        }
+        let times = messages.iter().map(|(time, _)| time.saturating_sub(start)).collect();
+        let array = PyBytes::new_with(py, size, |array| {
+            py.detach(|| {
+                let values = array.chunks_exact_mut(value_type.bytes.max(1));
+                let mut values = messages.into_iter().zip(values);
+                values.try_for_each(|((_, data), value)| cdr::decode_into(&value_type, &data, value))
+            })
+            .map_err(error)
+        })?;
+        Ok((times, array, dtype(py, &value_type)?.into_any()))
     }
 
     /// Returns the records of a kind: `decisions`, `states` or `events`.
@@ -153,7 +156,58 @@ impl OpenRecording {
     }
 }
 
+fn no_memory(error: TryReserveError) -> PyErr {
+    PyMemoryError::new_err(error.to_string())
+}
+
+/// The messages of a variable, as those of its type, and what of them is left out.
+struct Held {
+    /// Each with its time, ns.
+    messages: Vec<(u64, Vec<u8>)>,
+    /// Its type, with just the room that they need.
+    value_type: Type,
+    left_out: LeftOut,
+}
+
 impl OpenRecording {
+    /// Reads the messages of a variable. They take the memory of what is in them.
+    fn messages(&self, variable: &RecordedVariable) -> PyResult<Held> {
+        let (mut messages, mut left_out) = (Vec::new(), LeftOut::default());
+        let mut extent = cdr::Extent::new(&variable.value_type);
+        // Messages of other programs become values first, which may be merged, cut or converted.
+        let mut value = Vec::new();
+        if variable.is_foreign() {
+            value.try_reserve_exact(variable.value_type.bytes).map_err(no_memory)?;
+            value.resize(variable.value_type.bytes, 0);
+        }
+        for message in self.recording.messages().map_err(error)? {
+            let message = message.map_err(error)?;
+            let of = self.all.get(&message.channel);
+            if of.is_none_or(|of| of.name != variable.name) {
+                continue;
+            }
+            let mut data = Vec::new();
+            if variable.is_foreign() {
+                if let Err(reason) = variable.decode_into(&message.data, &mut value, &mut left_out) {
+                    left_out.add_again(format_args!("a message of {}", variable.topic), reason);
+                    continue;
+                }
+                cdr::encode(&variable.value_type, &value, &mut data);
+            } else {
+                data.try_reserve_exact(message.data.len()).map_err(no_memory)?;
+                data.extend_from_slice(&message.data);
+            }
+            extent.include(&data).map_err(error)?;
+            messages.try_reserve(1).map_err(no_memory)?;
+            messages.push((message.publish_time, data));
+        }
+        Ok(Held {
+            messages,
+            value_type: extent.into_type(),
+            left_out,
+        })
+    }
+
     /// The start of the application, ns since 1970.
     fn start(&self) -> u64 {
         let stated = self.recording.metadata("jde").and_then(|jde| jde.get("start_ns"));

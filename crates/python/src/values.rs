@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use jde_abi::describe::{FieldKind, Form, Scalar, Type};
 use jde_board::value::Value;
-use pyo3::exceptions::PyTypeError;
+use jde_files::{Budget, Exceeded};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
@@ -46,51 +47,87 @@ pub(crate) fn plain<'py>(py: Python<'py>, value: &Value) -> PyResult<Option<Boun
     }))
 }
 
-/// Reads a Python object: a number, a text, a sequence, a mapping, a dataclass, an array or a value.
+/// Why an object is no value.
+enum Refusal {
+    Python(PyErr),
+    Exceeded(Exceeded),
+}
+
+impl From<PyErr> for Refusal {
+    fn from(error: PyErr) -> Self {
+        Self::Python(error)
+    }
+}
+
+impl From<Exceeded> for Refusal {
+    fn from(exceeded: Exceeded) -> Self {
+        Self::Exceeded(exceeded)
+    }
+}
+
+/// Reads a Python object: a number, a text, a sequence, a mapping, a dataclass, an array or a value. One that contains
+/// itself, or more than fits into a value, is a `ValueError`.
 pub(crate) fn from_python(object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    read(object, &mut Budget::default()).map_err(|refusal| match refusal {
+        Refusal::Python(error) => error,
+        Refusal::Exceeded(exceeded) => PyValueError::new_err(format!("this is no value: {exceeded}")),
+    })
+}
+
+fn read(object: &Bound<'_, PyAny>, budget: &mut Budget) -> Result<Value, Refusal> {
+    budget.hold(size_of::<Value>())?;
     if object.is_instance_of::<PyBool>() {
         return Ok(Value::Bool(object.extract()?));
     }
     if object.is_instance_of::<PyInt>() {
         return match object.extract::<i64>() {
             Ok(number) => Ok(Value::Int(number)),
-            Err(_) => object.extract().map(Value::UInt),
+            Err(_) => Ok(Value::UInt(object.extract()?)),
         };
     }
     if object.is_instance_of::<PyFloat>() {
         return Ok(Value::Float(object.extract()?));
     }
     if object.is_instance_of::<PyString>() {
+        budget.hold(object.len()?)?;
         return Ok(Value::Text(object.extract()?));
     }
+    budget.descend(|budget| read_parts(object, budget))
+}
+
+/// Reads an object that has others in it.
+fn read_parts(object: &Bound<'_, PyAny>, budget: &mut Budget) -> Result<Value, Refusal> {
     if let Ok(fields) = object.cast::<PyDict>() {
-        let fields = fields.iter();
-        let read = fields.map(|(name, value)| Ok((name.extract()?, from_python(&value)?)));
-        return read.collect::<PyResult<_>>().map(Value::Map);
+        let read = fields.iter().map(|(name, value)| {
+            budget.hold(name.len()?)?;
+            Ok((name.extract()?, read(&value, budget)?))
+        });
+        return read.collect::<Result<_, Refusal>>().map(Value::Map);
     }
     if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
         let values = object.try_iter()?;
         return values
-            .map(|value| from_python(&value?))
-            .collect::<PyResult<_>>()
+            .map(|value| read(&value?, budget))
+            .collect::<Result<_, Refusal>>()
             .map(Value::List);
     }
     if let Ok(fields) = object.getattr("__dataclass_fields__") {
-        let mut read = Vec::new();
+        let mut parts = Vec::new();
         for name in fields.try_iter()? {
             let name: String = name?.extract()?;
-            let value = from_python(&object.getattr(name.as_str())?)?;
-            read.push((field_of(object.py(), &name)?.to_owned(), value));
+            let value = read(&object.getattr(name.as_str())?, budget)?;
+            parts.push((field_of(object.py(), &name)?.to_owned(), value));
         }
-        return Ok(Value::Map(read));
+        return Ok(Value::Map(parts));
     }
     // Arrays and numbers of NumPy.
     match object.call_method0("tolist") {
-        Ok(list) => from_python(&list),
+        Ok(list) => read(&list, budget),
         Err(_) => Err(PyTypeError::new_err(format!(
             "a {} is no value: give a number, a text, a list, a dictionary or a value",
             object.get_type().name()?
-        ))),
+        ))
+        .into()),
     }
 }
 

@@ -42,7 +42,10 @@ impl<'py> Views<'py> {
 
     /// Views of a copy.
     pub(crate) fn copying(py: Python<'py>, bytes: &[u8]) -> PyResult<Self> {
-        let owner = PyBytes::new(py, bytes);
+        let owner = PyBytes::new_with(py, bytes.len(), |copy| {
+            copy.copy_from_slice(bytes);
+            Ok(())
+        })?;
         Ok(Self {
             memory: owner.as_bytes().as_ptr(),
             length: bytes.len(),

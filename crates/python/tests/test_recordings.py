@@ -61,3 +61,9 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     file.write_text("no recording")
     with pytest.raises(jde.Error, match="no MCAP file and no bag"):
         jde.open(file)
+
+
+def test_values_take_the_memory_of_what_is_in_them(navigation: Path, recording: jde.Recording) -> None:
+    laser = recording["pioneer.laser"]
+    assert laser.data.dtype["ranges"].shape == (180,), "the scan has so many beams, and room for more"
+    assert laser.data.dtype.itemsize < 2000

@@ -330,3 +330,22 @@ def test_an_application_says_what_it_has(reach: Path) -> None:
     application = jde.Application(reach, mocks=["policy"])
     assert (application.name, application.schemas) == ("reach", ["robot", "policy"])
     assert application.variables["robot.truth"] == "jde_msgs/msg/Truth"
+
+
+def test_what_contains_itself_is_no_value(navigation: Path) -> None:
+    itself: list[object] = []
+    itself.append(itself)
+    dictionary: dict[str, object] = {}
+    dictionary["me"] = dictionary
+    deep: object = 1.0
+    for _ in range(10_000):
+        deep = [deep]
+    with jde.run(navigation) as run:
+        for value in (itself, dictionary, deep):
+            with pytest.raises(ValueError, match="64 levels deep"):
+                run["goon.ahead"] = value
+
+
+def test_a_field_that_fits_into_no_memory_is_refused() -> None:
+    with pytest.raises(ValueError, match="more than 256 MiB"):
+        jde._jde.Layout("my/msg/Huge", "", [("data", "", "", "uint8", "sequence", 2**62)])

@@ -3,6 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from jde import _interpreter as _interpreter
 from jde import types
 from jde._children import Child, Children, Level, Policy, State, Verdict, child, children
 from jde._context import Context, Sample

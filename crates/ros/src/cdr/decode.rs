@@ -162,7 +162,7 @@ fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut Pieces<'_>, field: &s
     Ok(())
 }
 
-fn fits(field: &Field, length: usize, capacity: usize) -> Result<(), Error> {
+pub(super) fn fits(field: &Field, length: usize, capacity: usize) -> Result<(), Error> {
     if length <= capacity {
         return Ok(());
     }

@@ -8,12 +8,14 @@
 
 mod decode;
 mod encode;
+mod extent;
 mod pieces;
 mod reader;
 mod writer;
 
 pub use decode::{decode, decode_cutting, decode_into, decode_pieces};
 pub use encode::{Uncopied, encode, encode_in_place};
+pub use extent::Extent;
 pub use pieces::OnCut;
 pub use reader::Reader;
 pub use writer::Writer;

@@ -259,6 +259,20 @@ proptest! {
     }
 
     #[test]
+    fn a_value_fits_into_the_extent_of_its_message(value_type in types(), seed: u64) {
+        let mut value = vec![0; value_type.bytes];
+        Random(seed).fill(&value_type, &mut value);
+        let [mut message, mut again] = [Vec::new(), Vec::new()];
+        encode(&value_type, &value, &mut message);
+        let mut extent = Extent::new(&value_type);
+        prop_assert_eq!(extent.include(&message), Ok(()));
+        let fitted = extent.into_type();
+        let value = decode(&fitted, &message).expect("a message that was included");
+        encode(&fitted, &value, &mut again);
+        prop_assert_eq!(again, message);
+    }
+
+    #[test]
     fn a_message_of_what_is_copied_and_what_is_not_is_the_same(
         value_type in types(), seed: u64, least in 1..40_usize,
     ) {
@@ -354,4 +368,23 @@ fn a_text_that_is_too_long_is_cut_between_characters_on_request() {
         let short = decode_cutting(&Header::describe(), &message[..cut], &mut value, &mut |_, _| ());
         assert!(short.is_err(), "{cut}");
     }
+}
+
+#[test]
+fn a_type_with_the_extent_of_messages_has_room_for_them_and_no_more() {
+    let whole = LaserScan::describe();
+    let mut extent = Extent::new(&whole);
+    for ranges in [&[1.0, 2.0, 3.0][..], &[], &[4.0]] {
+        let scan = LaserScan {
+            ranges: Seq::from_slice(ranges).unwrap(),
+            ..LaserScan::default()
+        };
+        let mut message = Vec::new();
+        encode(&whole, scan.as_bytes(), &mut message);
+        extent.include(&message).unwrap();
+    }
+    let fitted = extent.into_type();
+    let of = |name: &str| fitted.fields.iter().find(|field| field.name == name).unwrap();
+    assert_eq!(of("ranges").form.capacity(), 3);
+    assert!(fitted.bytes < 100, "{}", fitted.bytes);
 }
