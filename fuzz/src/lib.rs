@@ -1,4 +1,11 @@
-//! The checks that the fuzz targets run. They are the checks of the ordinary tests, and no others.
+//! The checks that the fuzz targets run. Most are the checks of the ordinary tests.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use jde_abi::describe::Plugin;
+use jde_app::{Catalogue, Unusable};
+use jde_ros::cdr;
 
 #[path = "../../drivers/carmen/src/tests/checks.rs"]
 mod carmen;
@@ -92,4 +99,54 @@ pub fn import(data: &[u8]) {
 /// Checks the reader of CARMEN's logs with arbitrary bytes.
 pub fn carmen_log(data: &[u8]) {
     carmen::log(data);
+}
+
+/// No plugins.
+struct NoPlugins;
+
+impl Catalogue for NoPlugins {
+    fn plugin(&self, _: &str, _: &[PathBuf]) -> Result<Arc<Plugin>, Unusable> {
+        Err(Unusable {
+            reason: String::from("there are none"),
+            is_missing: true,
+        })
+    }
+
+    fn type_names(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// Checks the reader of application files. Without plugins none is accepted, and the faults are few.
+pub fn application(data: &[u8]) {
+    if let Ok(text) = std::str::from_utf8(data) {
+        let faults = jde_app::parse(text, Path::new("app.toml"), &[], &NoPlugins).expect_err("no plugins");
+        assert!(faults.count() > 0 && faults.list().len() <= 200);
+    }
+}
+
+/// Checks the readers of definitions of ROS 2.
+pub fn definition(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
+    if let Ok(value_type) = jde_ros::definition::read_interface("a_msgs/msg/A", text, |_| 16, |_| None) {
+        assert!(value_type.bytes <= 256 << 20);
+    }
+    let parts = jde_ros::definition::split("a_msgs/msg/A", text);
+    let find = |name: &str| parts.get(name).cloned();
+    let _ = jde_ros::definition::gather("a_msgs/msg/A", find, |_| false);
+}
+
+/// Checks the reader of messages of ROS 2 for each standard type: what is decoded, fits into its extent.
+pub fn cdr(data: &[u8]) {
+    for value_type in jde_types::standard() {
+        let decoded = cdr::decode(&value_type, data);
+        let mut extent = cdr::Extent::new(&value_type);
+        let included = extent.include(data);
+        if decoded.is_ok() {
+            assert_eq!(included, Ok(()));
+            assert!(cdr::decode(&extent.into_type(), data).is_ok());
+        }
+    }
 }
