@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ impl Mark {
     /// # Errors
     /// The file cannot be read, or is no recording.
     pub(crate) fn read(path: &Path) -> io::Result<Option<Self>> {
-        let mut file = File::open(path)?;
+        let mut file = jde_files::open(path)?;
         let mut magic = Vec::new();
         Read::by_ref(&mut file)
             .take(mcap::MAGIC.len() as u64)

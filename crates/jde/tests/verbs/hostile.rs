@@ -6,6 +6,7 @@
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -32,81 +33,54 @@ const fn row(verb: &'static str, make: fn(&Path), words: &'static str) -> Row {
 }
 
 /// Each is refused: the exit status is neither 0 nor that of a panic.
+#[rustfmt::skip] // A row is a line.
 const ROWS: &[Row] = &[
     // Applications.
     row("check /dev/zero", nothing, "/dev/zero: it is no regular file"),
-    row(
-        "check pipe.toml",
-        |folder| pipe(folder, "pipe.toml"),
-        "pipe.toml: it is no regular file",
-    ),
-    row(
-        "check sparse.toml",
-        |folder| sparse(folder, "sparse.toml"),
-        "it has more than 2 MiB",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &"[".repeat(1 << 20)),
-        "this is not TOML",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &format!("a = {}", "[".repeat(1 << 20))),
-        "recursion",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &format!("a = {}", "{b=".repeat(1 << 19))),
-        "recursion",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &format!("{}a = 1", "a.".repeat(1 << 19))),
-        "recursion",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &format!("[{}a]", "a.".repeat(1 << 19))),
-        "recursion",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &"a = 1\n".repeat(1 << 18)),
-        "there is a key `a` already",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &"\u{0}".repeat(1 << 20)),
-        "this is not TOML",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &lines(60_000, |n| format!("key{n} = 1"))),
-        "60000 entries",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &lines(65_000, |n| format!("[schemas.s{n}]"))),
-        "65000 entries",
-    ),
-    row(
-        "check app.toml",
-        |folder| app(folder, &lines(9_000, |n| format!("key{n:056} = 1"))),
-        "and 8961 more",
-    ),
+    row("check pipe.toml", |folder| pipe(folder, "pipe.toml"), "pipe.toml: it is no regular file"),
+    row("check sparse.toml", |folder| sparse(folder, "sparse.toml"), "it has more than 2 MiB"),
+    row("check app.toml", |folder| app(folder, &"[".repeat(1 << 18)), "this is not TOML"),
+    row("check app.toml", |folder| app(folder, &format!("a = {}", "[".repeat(1 << 18))), "recursion"),
+    row("check app.toml", |folder| app(folder, &format!("a = {}", "{b=".repeat(1 << 17))), "recursion"),
+    row("check app.toml", |folder| app(folder, &format!("{}a = 1", "a.".repeat(1 << 17))), "recursion"),
+    row("check app.toml", |folder| app(folder, &format!("[{}a]", "a.".repeat(1 << 17))), "recursion"),
+    row("check app.toml", |folder| app(folder, &"a = 1\n".repeat(1 << 16)), "there is a key `a` already"),
+    row("check app.toml", |folder| app(folder, &"\u{0}".repeat(1 << 18)), "this is not TOML"),
+    row("check app.toml", |folder| app(folder, &lines(60_000, |n| format!("key{n} = 1"))), "60000 entries"),
+    row("check app.toml", |folder| app(folder, &lines(65_000, |n| format!("[schemas.s{n}]"))), "65000 entries"),
+    row("check app.toml", |folder| app(folder, &lines(4_000, |n| format!("key{n:056} = 1"))), "and 3962 more"),
     row("check app.toml", missing_types, "has no `type`"),
     row("check app.toml", misspelt_roots, "there is no such schema"),
     row("check app.toml", levels, "names `a` twice"),
     row("check app.toml", groups, "has no children to wake"),
     row("check app.toml", children, "there is no role `c0`"),
-    row(
-        "check app.toml",
-        |folder| app(folder, &nested(9_000)),
-        "is below 256 others",
-    ),
+    row("check app.toml", |folder| app(folder, &nested(4_000)), "is below 256 others"),
     row("check app.toml", folders, "more than 100 entries"),
     row("check app.toml", one_line, "unknown key"),
+    // Experiments and tests.
+    row("experiment /dev/zero", nothing, "it is no regular file"),
+    row("experiment e.toml", |folder| write(folder, "e.toml", lines(60_000, |n| format!("k{n} = 1"))), "60000 entries"),
+    row("experiment e.toml", |folder| write(folder, "e.toml", format!("a = {}", "[".repeat(1 << 17))), "recurse"),
+    row("test pipe.toml", |folder| pipe(folder, "pipe.toml"), "there is no test in pipe.toml"),
+    // Files that options name.
+    row("run app.toml --ros-args --params-file /dev/zero", nothing, "/dev/zero: it is no regular file"),
+    row("run app.toml --ros-args --params-file p", |folder| pipe(folder, "p"), "p: it is no regular file"),
+    row("run app.toml --ros-args --params-file p", |folder| write(folder, "p", "[".repeat(1 << 17)), "recursion limit"),
+    row("run app.toml --ros-args --params-file p", aliases, "alias expansion"),
+    row("ps --at localhost --key /dev/zero", nothing, "/dev/zero: it is no regular file"),
+    row("ps --at localhost --key key.toml", key, "/dev/zero: it is no regular file"),
+    row("sim office --p2os 0 --model a=./pipe.toml", |folder| pipe(folder, "pipe.toml"), "it is no regular file"),
+    // Plugins.
+    row("describe ./lib.so", |folder| pipe(folder, "lib.so"), "lib.so: cannot read it: it is no regular file"),
+    row("describe ./lib.so", |folder| sparse(folder, "lib.so"), "no plugin is that large"),
+    row("describe ./lib.so", sections, "lib.so: "),
+    row("validate ./lib.so", |folder| pipe(folder, "lib.so"), "it is no regular file"),
+    // Recordings.
+    row("view pipe.mcap", |folder| pipe(folder, "pipe.mcap"), "it is no regular file"),
+    row("replay pipe.mcap --plain", |folder| pipe(folder, "pipe.mcap"), "it is no regular file"),
+    row("report pipe.mcap", |folder| pipe(folder, "pipe.mcap"), "it is no regular file"),
+    // Worlds and maps of other programs.
+    row("new world w --from multiplied.world", multiplied, "multiplied.world"),
 ];
 
 #[test]
@@ -121,6 +95,32 @@ fn each_reader_refuses_hostile_files_with_words_within_its_limits() {
         readers.map(|reader| reader.join().expect("a reader")).concat()
     });
     assert!(failed.is_empty(), "\n{}", failed.join("\n"));
+}
+
+#[test]
+fn python_is_started_once_for_all_missing_plugins() {
+    let sandbox = Sandbox::new();
+    let (folder, python) = (sandbox.folder(), sandbox.folder().join("python"));
+    fs::write(&python, "#!/bin/sh\necho started >> \"${0%/*}/starts\"\nexit 1\n").expect("a script");
+    fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).expect("its permissions");
+    let schemas = lines(300, |n| format!("[schemas.s{n}]\ntype = \"nowhere{n}\""));
+    app(
+        folder,
+        &format!("roots = [\"s0\"]\n{schemas}[schemas.it]\ntype = \"it.py\""),
+    );
+    write(folder, "it.py", "");
+    let mut check = sandbox.command(jde_with_plugins(&["check", "app.toml"]));
+    let output = output_of(check.current_dir(folder).env("JDE_PYTHON", &python));
+    assert_eq!(output.status, Some(3), "{}", output.err);
+    assert!(
+        output.err.contains("there is no plugin `nowhere39`"),
+        "{}",
+        output.err
+    );
+    assert_eq!(
+        fs::read_to_string(folder.join("starts")).expect("it was started"),
+        "started\n"
+    );
 }
 
 /// Returns what is wrong with the answer to a row.
@@ -201,15 +201,15 @@ fn missing_types(folder: &Path) {
         folder,
         &format!(
             "roots = [\"s0\"]\n{}",
-            lines(9_000, |n| format!("[schemas.s{n}]\ndoc = \"\""))
+            lines(4_000, |n| format!("[schemas.s{n}]\ndoc = \"\""))
         ),
     );
 }
 
 /// Names that are as long as a name may be, each like many others.
 fn misspelt_roots(folder: &Path) {
-    let roots = list(9_000, |n| format!("b{n:063}"));
-    let schemas = lines(9_000, |n| format!("[schemas.a{n:063}]\ntype=\"stop\""));
+    let roots = list(4_000, |n| format!("b{n:063}"));
+    let schemas = lines(4_000, |n| format!("[schemas.a{n:063}]\ntype=\"stop\""));
     app(folder, &format!("roots = {roots}\n{schemas}"));
 }
 
@@ -269,4 +269,43 @@ fn one_line(folder: &Path) {
         folder,
         &format!("roots = [\"a\"]\nlink = {{ {} }}", keys.join(", ")),
     );
+}
+
+/// Aliases that stand for ten times as many each.
+fn aliases(folder: &Path) {
+    let level = |n: usize| {
+        format!(
+            "a{}: &a{} [{}]",
+            n + 1,
+            n + 1,
+            vec![format!("*a{n}"); 10].join(", ")
+        )
+    };
+    write(folder, "p", format!("a0: &a0 [1]\n{}", lines(9, level)));
+}
+
+/// A key whose password is in an endless file.
+fn key(folder: &Path) {
+    write(
+        folder,
+        "key.toml",
+        "user = \"ana\"\npassword-file = \"/dev/zero\"",
+    );
+}
+
+/// A library whose header states 2^60 sections.
+fn sections(folder: &Path) {
+    let mut file = vec![0; 128];
+    file[..7].copy_from_slice(b"\x7fELF\x02\x01\x01");
+    // A shared library, for x86-64, whose sections are at byte 64, the first of which states their number.
+    (file[16], file[18], file[40], file[52], file[58]) = (3, 62, 64, 64, 64);
+    file[96 + 7] = 0x10;
+    write(folder, "lib.so", file);
+}
+
+/// Definitions of which each has two of the one before.
+fn multiplied(folder: &Path) {
+    let define = |n: usize| format!("define a{} position ( a{n}() a{n}() )", n + 1);
+    let text = format!("define a0 position ( )\n{}a40()\n", lines(40, define));
+    write(folder, "multiplied.world", text);
 }

@@ -98,7 +98,8 @@ fn list(json: bool) -> Result<(), Failure> {
 fn file_of(name: &str) -> Result<PathBuf, Failure> {
     let path = Path::new(name);
     if path.is_file() || name.ends_with(".so") || name.starts_with(['.', '/']) {
-        return path.canonicalize().map_err(Failure::file(path));
+        let file = jde_files::open(path).and_then(|_| path.canonicalize());
+        return file.map_err(Failure::file(path));
     }
     let plugin = load::plugins(SearchPath::usual(None)).describe(name, &[])?;
     plugin
