@@ -11,16 +11,16 @@ use jde_ros::cdr;
 mod carmen;
 #[path = "../../crates/p2os/tests/it/checks.rs"]
 mod checks;
-#[path = "../../drivers/carmen/src/log/mod.rs"]
-mod log;
 #[path = "../../crates/link/tests/link/checks.rs"]
 mod link;
-#[path = "../../crates/log/tests/it/checks.rs"]
-mod recordings;
+#[path = "../../drivers/carmen/src/log/mod.rs"]
+mod log;
 #[path = "../../crates/panel/tests/it/checks.rs"]
 mod panel;
 #[path = "../../crates/player/tests/it/checks.rs"]
 mod player;
+#[path = "../../crates/log/tests/it/checks.rs"]
+mod recordings;
 #[path = "../../crates/sim/tests/it/checks.rs"]
 mod sim;
 #[path = "../../crates/vision/tests/it/checks.rs"]

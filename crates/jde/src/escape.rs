@@ -131,7 +131,8 @@ mod tests {
 
     #[test]
     fn the_programs_own_styles_become_colours_and_nobody_elses_do() {
-        let shown = written(|out| writeln!(out, "{BAD}{}{BAD:#}", "x\x1b[1my").unwrap());
+        let foreign = "x\x1b[1my";
+        let shown = written(|out| writeln!(out, "{BAD}{foreign}{BAD:#}").unwrap());
         let plain = anstream::adapter::strip_str(&shown).to_string();
         assert!(
             shown.starts_with("\x1b[") && shown.ends_with("\x1b[0m\n"),

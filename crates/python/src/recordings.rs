@@ -104,7 +104,10 @@ impl OpenRecording {
                 size >> 20
             )));
         }
-        let times = messages.iter().map(|(time, _)| time.saturating_sub(start)).collect();
+        let times = messages
+            .iter()
+            .map(|(time, _)| time.saturating_sub(start))
+            .collect();
         let array = PyBytes::new_with(py, size, |array| {
             py.detach(|| {
                 let values = array.chunks_exact_mut(value_type.bytes.max(1));
@@ -177,7 +180,9 @@ impl OpenRecording {
         // Messages of other programs become values first, which may be merged, cut or converted.
         let mut value = Vec::new();
         if variable.is_foreign() {
-            value.try_reserve_exact(variable.value_type.bytes).map_err(no_memory)?;
+            value
+                .try_reserve_exact(variable.value_type.bytes)
+                .map_err(no_memory)?;
             value.resize(variable.value_type.bytes, 0);
         }
         for message in self.recording.messages().map_err(error)? {

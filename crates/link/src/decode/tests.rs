@@ -10,8 +10,10 @@ use crate::message::GroupInfo;
 
 const ID: &str = "0123456789abcdef";
 
+type Reader = fn(&[u8]) -> Result<(), Refused>;
+
 /// A message of each kind that makes sense, and its reader.
-fn messages() -> Vec<(Value, fn(&[u8]) -> Result<(), Refused>)> {
+fn messages() -> Vec<(Value, Reader)> {
     let schema = SchemaInfo {
         name: "goon".to_owned(),
         kind: "motor".to_owned(),

@@ -229,6 +229,8 @@ fn read_key(file: &Path) -> Result<(Option<Login>, Option<Tls>), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
