@@ -148,6 +148,23 @@ fn an_unusable_plugin_has_another_exit_status_than_a_wrong_application() {
 }
 
 #[test]
+fn describe_refuses_a_type_that_the_plugin_does_not_have() {
+    for (name, help) in [
+        ("vff/vf", "did you mean `vff`?"),
+        ("vff/nonsense", "there are: vff"),
+    ] {
+        let describe = output_of(&mut jde_with_plugins(&["describe", name]));
+        assert_eq!(describe.status, Some(2), "{}", describe.out);
+        assert!(
+            describe.err.contains("there is no type of schema in `vff`"),
+            "{}",
+            describe.err
+        );
+        assert!(describe.err.contains(help), "{}", describe.err);
+    }
+}
+
+#[test]
 fn describe_shows_ports_with_their_types_and_limits() {
     let describe = output_of(&mut jde_with_plugins(&["describe", "stop"]));
     assert_eq!(describe.status, Some(0), "{}", describe.err);

@@ -45,7 +45,21 @@ impl Describe {
             plugins.describe_file(path)?
         } else {
             // Accept the full name of a type as well: its plugin is the part before the slash.
-            plugins.describe(self.name.split('/').next().unwrap_or_default(), &[])?
+            let (name, schema) = self.name.split_once('/').unwrap_or((&self.name, ""));
+            let plugin = plugins.describe(name, &[])?;
+            let types = plugin
+                .description
+                .schemas
+                .iter()
+                .map(|schema| schema.name.as_str());
+            if !schema.is_empty() && types.clone().all(|known| known != schema) {
+                return Err(Failure::unknown(
+                    &format!("type of schema in `{name}`"),
+                    schema,
+                    types,
+                ));
+            }
+            plugin
         };
         let (description, path) = (&plugin.description, plugin.path.as_deref());
         let data = inspect::PluginData::new(description, path);
