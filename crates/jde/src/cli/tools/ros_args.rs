@@ -170,7 +170,7 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
             "-r" | "--remap" => parsed.remaps.extend(value()?.parse()?),
             "-p" | "--param" => stated.push(Stated::One(assignment(value()?)?)),
             "--params-file" => stated.push(Stated::File(value()?.into())),
-            "--log-level" => levels.push(value()?.replace(":=", "=")),
+            "--log-level" => levels.push(level(value()?)),
             // Where the log goes: /rosout has it always, and so has standard error.
             "--enable-rosout-logs"
             | "--enable-stdout-logs"
@@ -187,8 +187,7 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
         String::new()
     };
     if !levels.is_empty() {
-        // `fatal` is a level of ROS 2, and none here.
-        let filter: Filter = levels.join(",").replace("fatal", "error").parse()?;
+        let filter: Filter = levels.join(",").parse()?;
         let logger = node.trim_start_matches('/').replace('/', ".");
         parsed.filter = Some(filter.with_loggers_of(&logger));
     }
@@ -207,11 +206,25 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
     Ok(parsed)
 }
 
+/// Returns a level for all loggers or for one, as a filter has it. `FATAL` is a level of ROS 2, in any case, and none here.
+fn level(text: &str) -> String {
+    let (logger, level) = match text.rsplit_once(":=") {
+        Some((logger, level)) => (format!("{logger}="), level),
+        None => (String::new(), text),
+    };
+    let level = if level.eq_ignore_ascii_case("fatal") {
+        "error"
+    } else {
+        level
+    };
+    logger + level
+}
+
 fn assignment(text: &str) -> Result<Parameter, String> {
     let (name, value) = text
         .split_once(":=")
         .ok_or_else(|| format!("`{text}` is no parameter; expected SCHEMA.MODULATION:=VALUE"))?;
-    parameter(name, value)
+    parameter(name, ros_params::boolean(value).unwrap_or(value))
 }
 
 #[cfg(test)]
@@ -234,8 +247,33 @@ mod tests {
         assert_eq!(parsed.parameters[0].to_string(), "--set goon.fast=0.3");
         assert_eq!(parsed.filter, Some("info,goon=debug".parse().unwrap()));
         assert_eq!(super::parse(&[], String::new), Ok(ParsedRosArgs::default()));
+        let filter = |text: &str| super::tests::parsed(text).unwrap().filter;
+        for level in ["FATAL", "fatal", "Error", "robot:=FATAL"] {
+            assert_eq!(
+                filter(&format!("--log-level {level}")),
+                Some("error".parse().unwrap()),
+                "{level}"
+            );
+        }
+        assert_eq!(
+            filter("--log-level robot.fatal:=DEBUG"),
+            Some("fatal=debug".parse().unwrap())
+        );
+        for (value, expected) in [
+            ("True", "true"),
+            ("yes", "true"),
+            ("on", "true"),
+            ("N", "false"),
+            ("OFF", "false"),
+        ] {
+            let parsed = super::tests::parsed(&format!("-p goon.fast:={value}")).unwrap();
+            assert_eq!(
+                parsed.parameters[0].to_string(),
+                format!("--set goon.fast={expected}")
+            );
+        }
         let sim_time = |text: &str| super::tests::parsed(text).unwrap().sim_time;
-        assert!(sim_time("-p use_sim_time:=true") && sim_time("-p use_sim_time:=True"));
+        assert!(sim_time("-p use_sim_time:=true") && sim_time("-p use_sim_time:=on"));
         assert!(
             !sim_time("-p use_sim_time:=true -p use_sim_time:=false"),
             "the last counts"

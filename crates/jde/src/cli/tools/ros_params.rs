@@ -46,10 +46,8 @@ pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Parameter>, String> {
 /// It is no such parameter.
 pub(super) fn parameter(name: &str, value: &str) -> Result<Parameter, String> {
     if name == SIM_TIME {
-        let is_simulated = value.to_lowercase().parse();
-        return is_simulated
-            .map(Parameter::SimTime)
-            .map_err(|_| format!("`{SIM_TIME}` is true or false, not {value}"));
+        let is_simulated = value.parse().map(Parameter::SimTime);
+        return is_simulated.map_err(|_| format!("`{SIM_TIME}` is true or false, not {value}"));
     }
     let mut parts = name.split('.');
     let (Some(schema), Some(modulation)) = (parts.next(), parts.next()) else {
@@ -61,6 +59,16 @@ pub(super) fn parameter(name: &str, value: &str) -> Result<Parameter, String> {
     format!("{schema}.{modulation}={value}")
         .parse()
         .map(Parameter::Initial)
+}
+
+/// Returns the bool that an unquoted word is in a file of parameters or an argument: those of YAML 1.1, as `rcl` reads them
+/// (`rcl_yaml_param_parser`, `get_value`).
+pub(super) fn boolean(word: &str) -> Option<&'static str> {
+    match word {
+        "y" | "Y" | "yes" | "Yes" | "YES" | "true" | "True" | "TRUE" | "on" | "On" | "ON" => Some("true"),
+        "n" | "N" | "no" | "No" | "NO" | "false" | "False" | "FALSE" | "off" | "Off" | "OFF" => Some("false"),
+        _ => None,
+    }
 }
 
 fn parse(file: &Path, node: &str, text: &str) -> Result<Vec<Parameter>, String> {
@@ -142,6 +150,12 @@ impl ParameterFile<'_> {
             YamlData::Value(Scalar::Boolean(value)) => value.to_string(),
             YamlData::Value(Scalar::Integer(value)) => value.to_string(),
             YamlData::Value(Scalar::FloatingPoint(value)) => format!("{:?}", value.0).to_lowercase(),
+            // Quotes would make it longer than its text.
+            YamlData::Value(Scalar::String(text))
+                if yaml.span.len() == text.len() && boolean(text).is_some() =>
+            {
+                boolean(text).unwrap_or_default().to_owned()
+            }
             // A text in JSON is one in TOML.
             YamlData::Value(Scalar::String(text)) => serde_json::Value::from(&**text).to_string(),
             YamlData::Sequence(elements) => {
@@ -206,6 +220,7 @@ fleet:
       goon.fast: 1
       vff.place.x: -1.5e-3
       vff.on: true
+      vff.off: [no, 'no', Off]
 /*/scout:
   ros__parameters:
     vff.text: 0.3 m/s
@@ -219,7 +234,8 @@ fleet:
                 "p.yaml:10: goon.fast=1",
                 "p.yaml:11: vff.place={ \"x\" = -0.0015 }",
                 "p.yaml:12: vff.on=true",
-                "p.yaml:15: vff.text=\"0.3 m/s\"",
+                "p.yaml:13: vff.off=[false, \"no\", false]",
+                "p.yaml:16: vff.text=\"0.3 m/s\"",
             ]
         );
         assert_eq!(read_text(""), Ok(Vec::new()));
