@@ -2,9 +2,10 @@
 //! the screen.
 //!
 //! Logging never fails, and never waits for a reader while a robot moves: a line that is not read in time is
-//! dropped and counted.
+//! dropped and counted. A warning of a schema that says the same again is counted, too.
 
 mod filter;
+mod repeats;
 
 use std::collections::VecDeque;
 use std::fmt::{self, Write as _};
@@ -21,6 +22,7 @@ use tracing::{Event, Level, Metadata, Subscriber, span};
 use crate::terminal::{self, BAD, FAINT, Style, WARN};
 
 pub(crate) use filter::Filter;
+use repeats::Repeats;
 
 /// Number of lines kept while the oscilloscope uses the screen: more than it can show.
 const MAX_BUFFERED: usize = 200;
@@ -35,6 +37,8 @@ struct Sink {
     clock: Option<Handle>,
     /// Lines that are kept instead of written.
     buffered: Option<VecDeque<String>>,
+    /// The warnings of schemas that were written.
+    repeats: Repeats,
     /// Where the lines go in addition.
     #[cfg(feature = "tools")]
     forward: Option<SyncSender<LogRecord>>,
@@ -77,7 +81,11 @@ impl Log {
 
     /// Drops the handle of the application. Later lines show no time.
     pub(crate) fn clear_clock(&self) {
-        self.sink().clock = None;
+        let mut sink = self.sink();
+        for line in sink.repeats.rest() {
+            sink.write(Level::WARN, &line);
+        }
+        sink.clock = None;
     }
 
     /// Sends the following lines here as well. What the receiver does not take in time is dropped.
@@ -118,8 +126,29 @@ impl Log {
                 message: line.text(),
             });
         }
-        let time = sink.clock.as_ref().map(|handle| handle.now() as f64 / 1e9);
-        match &mut sink.buffered {
+        let text = line.to_string();
+        if let Some(now) = sink.seconds() {
+            for line in sink.repeats.due(now) {
+                sink.write(Level::WARN, &line);
+            }
+            let is_warning = line.schema.is_some() && level == Level::WARN;
+            if is_warning && !sink.repeats.is_shown(&text, now) {
+                return;
+            }
+        }
+        sink.write(level, &text);
+    }
+}
+
+impl Sink {
+    /// Returns the time of the application, s.
+    fn seconds(&self) -> Option<f64> {
+        self.clock.as_ref().map(|handle| handle.now() as f64 / 1e9)
+    }
+
+    fn write(&mut self, level: Level, line: &str) {
+        let time = self.seconds();
+        match &mut self.buffered {
             Some(buffer) => {
                 if buffer.len() == MAX_BUFFERED {
                     buffer.pop_front();
