@@ -134,7 +134,7 @@ pub fn definition(data: &[u8]) {
         assert!(value_type.bytes <= 256 << 20);
     }
     let parts = jde_ros::definition::split("a_msgs/msg/A", text);
-    let find = |name: &str| parts.get(name).cloned();
+    let find = |name: &str| Ok(parts.get(name).cloned());
     let _ = jde_ros::definition::gather("a_msgs/msg/A", find, |_| false);
 }
 

@@ -396,10 +396,14 @@ fn a_new_world_is_a_room_or_is_converted_and_never_replaces_a_file() {
     assert_eq!(copied.status, Some(0), "{}", copied.err);
     assert!(text("copy.toml").contains("map = \"copy-map.yaml\""));
 
-    let faulty = new("lab", Some(&sdf));
+    let empty = new("lab", Some(&sdf));
+    assert_eq!(empty.status, Some(0), "{}", empty.err);
+    assert!(text("lab.toml").contains("\"lab\""), "{}", text("lab.toml"));
+    std::fs::write(&sdf, "<sdf>\n<world name='lab'></sdf>").unwrap();
+    let faulty = new("broken", Some(&sdf));
     assert_eq!(faulty.status, Some(1));
-    assert!(faulty.err.contains("lab.sdf:2: has no box"), "{}", faulty.err);
-    assert!(!folder.path().join("lab.toml").exists());
+    assert!(faulty.err.contains("lab.sdf:2: "), "{}", faulty.err);
+    assert!(!folder.path().join("broken.toml").exists());
 }
 
 #[test]

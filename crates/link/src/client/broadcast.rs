@@ -379,7 +379,7 @@ mod tests {
         let _watchdog = Watchdog::for_test();
         let folders = TwoFolders::new();
         // Opening a fifo to read waits for a writer, as a network file system may block.
-        let hung = folders.first.join("hung.json");
+        let hung = folders.first.join("hung");
         mknodat(CWD, &hung, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
         let outcomes = folders.stop_all();
         assert_eq!(outcomes[0], robot());
