@@ -16,6 +16,8 @@ const MAX_READERS: usize = 2;
 
 /// The memory that the values of all variables may need, in bytes.
 const MAX_BYTES: u64 = 384 << 20;
+/// The most topics of another program that are played: each is announced to tools, which takes milliseconds.
+const MAX_TOPICS: u64 = 4096;
 /// What a variable takes besides its values: its description, and what the link keeps of it, in bytes.
 const VARIABLE_BYTES: usize = 16 << 10;
 /// How often the memory of a variable has room for a value: its readers, its writer, and what the board adds.
@@ -42,7 +44,7 @@ impl Publisher {
     /// Declares the variables of a recording. Those that cannot be declared are added to what is left out of it.
     pub(super) fn new(board: &Board, index: &mut Index, panel_store: Arc<PanelStore>) -> Self {
         let mut writers = BTreeMap::new();
-        let mut budget = Budget::new(MAX_BYTES, 0, 0);
+        let mut budget = Budget::new(MAX_BYTES, MAX_TOPICS, 0);
         for recorded in index.variables.iter() {
             // The topic of another program may have a name of one part.
             let (owner, name) = recorded.name.rsplit_once('.').unwrap_or(("", &recorded.name));
@@ -52,6 +54,11 @@ impl Publisher {
                 // Where a value ended, the recording says so.
                 _ => Access::Export { validity: LASTING },
             };
+            if recorded.is_foreign() && budget.work(1).is_err() {
+                let why = format_args!("at most {MAX_TOPICS} topics are played");
+                index.left_out.add(&recorded.topic, None, why);
+                continue;
+            }
             if budget
                 .hold(
                     recorded
