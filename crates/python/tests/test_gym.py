@@ -96,8 +96,9 @@ def test_observations_are_limited_to_their_bounds(navigation: Path) -> None:
 def test_an_action_of_another_shape_is_refused(reach: Path) -> None:
     env = make(reach)
     env.reset(seed=1)
-    least = env.action_space.low
-    for action in (np.append(least, 0.0), least[:-1], np.array([least]), np.float32(0.0)):
+    least = np.array([0.0, -1.0], dtype=np.float32)
+    others: list[Any] = [np.append(least, 0.0), least[:-1], np.array([least]), np.float32(0.0)]
+    for action in others:
         with pytest.raises(ValueError, match="the shape of an action is"):
             env.step(action)
     env.step(least)
