@@ -213,6 +213,11 @@ fn check_instance(
         section,
         &schema,
         Paths { folder, check_files },
+        |key| {
+            overrides
+                .iter()
+                .any(|given| given.schema == draft.name && given.variable == key)
+        },
         &mut bindings,
     );
     for given in overrides.iter().filter(|given| given.schema == draft.name) {

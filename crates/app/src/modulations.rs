@@ -25,13 +25,19 @@ pub(super) fn from_file(
     section: &Section,
     schema: &Schema,
     paths: Paths<'_>,
+    is_replaced: impl Fn(&str) -> bool,
     bindings: &mut [Binding],
 ) {
     let is_list = |key: &str| schema.lists.iter().any(|list| list.name == key);
     let is_other = |key: &str| RESERVED.contains(&key) || is_list(key);
     for (key, node) in section.entries().filter(|(key, _)| !is_other(key.text)) {
         match position(schema, is_modulation, key.text) {
-            Some(port) => set_initial(report, section, schema, port, node, paths, &mut bindings[port]),
+            Some(port) => {
+                // Nobody reads the file of a value that an option replaces.
+                let check_files = paths.check_files && !is_replaced(key.text);
+                let paths = Paths { check_files, ..paths };
+                set_initial(report, section, schema, port, node, paths, &mut bindings[port]);
+            }
             None => refuse_unknown_key(report, section, schema, &key),
         }
     }

@@ -1,6 +1,7 @@
 //! `jde check`, `jde describe` and `jde plugins`, which start nothing.
 
 use std::fs;
+use std::path::Path;
 
 use crate::support::{app, jde, jde_with_plugins, json, output_of, root};
 
@@ -333,6 +334,19 @@ fn check_reports_a_missing_file_that_a_modulation_names() {
             output.err
         );
     }
+    let world = Path::new(&app("room.toml")).with_file_name("room-world.toml");
+    let world = format!("pioneer.world={}", world.display());
+    let replaced = output_of(&mut jde_with_plugins(&[
+        "check",
+        file.to_str().unwrap(),
+        "--set",
+        &world,
+    ]));
+    assert_eq!(
+        replaced.status,
+        Some(0),
+        "an option replaces the missing one: {replaced:?}"
+    );
 }
 
 /// Two robots and a scanner on neither, a guard of bases, and a head that no guard judges.
