@@ -1,9 +1,14 @@
 //! The result of a recording.
 
+#[cfg(feature = "tools")]
 use jde_log::Gap;
 use serde::Serialize;
 
 use crate::failure::Failure;
+
+/// A gap in words, where nothing is recorded.
+#[cfg(not(feature = "tools"))]
+type Gap = String;
 
 /// The result of a recording.
 #[derive(Clone, Debug, Serialize)]
