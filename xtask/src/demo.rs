@@ -4,8 +4,6 @@
 //! It runs the development build that the other steps use, since an optimised build would take as long as all
 //! other steps.
 
-use std::process::Command;
-
 use anyhow::{Context as _, Result, ensure};
 
 use crate::shell;
@@ -31,12 +29,10 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
 
 /// Runs the demonstration and returns the digest of its decisions.
 fn decisions(context: &Context, seed: &str) -> Result<String> {
-    // What `cargo run -- demo` runs. Cargo would build the libraries again, with the features that it alone needs.
-    let mut demo = Command::new(context.target.join("debug/jde-launcher"));
-    demo.args(["demo", "--headless", "--lockstep", "--seed", seed])
-        .current_dir(&context.root);
-    shell::show(&demo, context.paint);
-    let output = shell::read(&mut demo)?;
+    let mut cargo = context.cargo(&["run", "--quiet", "--", "demo", "--headless", "--lockstep"]);
+    cargo.args(["--seed", seed]);
+    shell::show(&cargo, context.paint);
+    let output = shell::read(&mut cargo)?;
     print!("{output}");
     digest(&output).with_context(|| format!("the demonstration printed no {DIGEST}"))
 }
