@@ -1,6 +1,7 @@
 //! The text of a definition, line by line: comments, fields and skipped lines. It refuses to know types.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use jde_abi::describe::Scalar;
 use jde_abi::unit;
@@ -57,7 +58,7 @@ pub(super) fn sections<'a>(
             continue;
         }
         comments.clear();
-        sections.insert(title, section);
+        insert(&mut sections, title, section)?;
         let (number, next) = lines.next().unwrap_or((index, line));
         let Some(next_name) = next.trim().strip_prefix("MSG:").map(str::trim) else {
             return Err(ReadError::line(number + 1, next));
@@ -66,15 +67,30 @@ pub(super) fn sections<'a>(
         section = Section::of(next_name);
         section.before = number + 1;
         before = section.before;
-        if sections.contains_key(&title) {
+    }
+    insert(&mut sections, title, section)?;
+    Ok(sections)
+}
+
+/// Adds a definition. Recorders list a message again for each message that contains it: what says the same is one.
+fn insert<'a>(
+    sections: &mut BTreeMap<String, Section<'a>>,
+    title: String,
+    section: Section<'a>,
+) -> Result<(), ReadError> {
+    match sections.entry(title) {
+        Entry::Vacant(place) => {
+            place.insert(section);
+        }
+        Entry::Occupied(first) if first.get().is_like(&section) => {}
+        Entry::Occupied(first) => {
             return Err(ReadError::Duplicate {
-                line: number + 1,
-                name: title,
+                line: section.before,
+                name: first.key().clone(),
             });
         }
     }
-    sections.insert(title, section);
-    Ok(sections)
+    Ok(())
 }
 
 impl<'a> Section<'a> {
@@ -83,6 +99,12 @@ impl<'a> Section<'a> {
             package: parts(name).0,
             ..Self::default()
         }
+    }
+
+    /// Returns whether the messages of both have the same fields, whatever the comments say.
+    fn is_like(&self, other: &Self) -> bool {
+        let fields = |section: &Self| section.fields.iter().map(|line| (line.kind, line.name)).collect::<Vec<_>>();
+        fields(self) == fields(other)
     }
 
     /// Returns the title of the definition of a structure that one of the fields names.

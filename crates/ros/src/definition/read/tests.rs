@@ -261,7 +261,19 @@ fn types_that_cannot_be_shared_are_refused_with_the_line() {
     assert_refused("B b", "line 1: `a/B` is not defined");
     assert_refused("===\nfloat32 x", "line 2");
     assert_refused("===", "line 1");
-    assert_refused("===\nMSG: a/A\nint8 x", "there is a `a/A`");
+    assert_refused("===\nMSG: a/A\nint8 x", "line 2: there is a `a/A`");
+    assert_refused(
+        "b/B b\n===\nMSG: b/B\nint8 x\n===\nMSG: b/B\nint8 y",
+        "line 5: there is a `b/B`",
+    );
+}
+
+#[test]
+fn a_definition_may_be_listed_again() {
+    let once = "b/B b\nb/B c\n===\nMSG: b/B\nint8 x\n";
+    let again = format!("{once}===\nMSG: b/B\n# As above.\nint8 x\n");
+    let read = |text: &str| read("a/A", text).expect("a definition");
+    assert_eq!(read(&again), read(once));
 }
 
 #[test]
