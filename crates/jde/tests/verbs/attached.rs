@@ -9,6 +9,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair, root};
+use crate::terminal::Terminal;
 
 /// A runtime folder of one test. Only the applications that the test starts in it find each other.
 pub(crate) struct Sandbox {
@@ -399,35 +400,11 @@ fn a_shell_in_a_pipe_runs_each_line_and_ends_at_the_first_error() {
 fn top_attaches_to_a_robot_that_keeps_running_when_top_ends() {
     let sandbox = Sandbox::new();
     let _robot = navigation(&sandbox);
-    let command = format!("stty rows 30 cols 110; {} top", env!("CARGO_BIN_EXE_jde"));
-    let mut script = Command::new("script");
-    script
-        .args(["-qec", &command, "/dev/null"])
-        .env("TERM", "xterm-256color")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped());
-    let mut child = sandbox
-        .command(script)
-        .spawn()
-        .expect("script of util-linux is installed");
-    let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-    let mut shown = Vec::new();
-    let mut buffer = [0; 4096];
-    let mut quit = false;
-    loop {
-        let length = screen.read(&mut buffer).unwrap();
-        if length == 0 {
-            break;
-        }
-        shown.extend_from_slice(&buffer[..length]);
-        let text = String::from_utf8_lossy(&shown);
-        if !quit && text.contains("pioneer") && text.contains("WINNER") {
-            keys.write_all(b"q").unwrap();
-            quit = true;
-        }
-    }
-    assert_eq!(child.wait().unwrap().code(), Some(0));
-    let shown = String::from_utf8_lossy(&shown);
+    let mut terminal = Terminal::start(&sandbox, [30, 110], &format!("{} top", env!("CARGO_BIN_EXE_jde")));
+    terminal.wait_for(|shown| shown.contains("pioneer") && shown.contains("WINNER"));
+    terminal.type_keys(b"q");
+    let (status, shown) = terminal.finish();
+    assert_eq!(status, Some(0), "{shown}");
     for part in ["safe-navigation", "example/base", "goon"] {
         assert!(shown.contains(part), "{part}");
     }

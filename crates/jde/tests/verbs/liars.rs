@@ -1,7 +1,5 @@
 //! Applications of others that state nonsense, or whose texts would control a terminal.
 
-use std::io::{Read, Write};
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,10 +12,7 @@ use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord
 
 use crate::attached::Sandbox;
 use crate::support::{RunOutput, pair};
-
-/// The sequences that enter and leave the alternate screen of a terminal.
-const ENTER: &str = "\u{1b}[?1049h";
-const LEAVE: &str = "\u{1b}[?1049l";
+use crate::terminal::{ENTER, LEAVE, Terminal};
 
 /// An application that answers what it likes.
 struct Liar {
@@ -211,38 +206,14 @@ fn top_shows_the_last_answer_that_made_sense_and_restores_the_terminal() {
         later: Some((AtomicBool::new(false), snapshot([Some(0)]))),
     });
     let _link = open(&sandbox, "robot7", Arc::clone(&liar));
-    let command = format!("stty rows 30 cols 110; {} top", env!("CARGO_BIN_EXE_jde"));
-    let mut script = Command::new("script");
-    script
-        .args(["-qec", &command, "/dev/null"])
-        .env("TERM", "xterm-256color")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped());
-    let mut child = sandbox
-        .command(script)
-        .spawn()
-        .expect("script of util-linux is installed");
-    let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-    let (mut shown, mut buffer) = (Vec::new(), [0; 4096]);
-    let mut has_quit = false;
-    loop {
-        let length = screen.read(&mut buffer).unwrap();
-        if length == 0 {
-            break;
-        }
-        shown.extend_from_slice(&buffer[..length]);
-        let text = String::from_utf8_lossy(&shown);
-        if text.contains("s2") {
-            liar.later.as_ref().unwrap().0.store(true, Ordering::Relaxed);
-        }
-        // Between two words there may be a movement of the cursor.
-        if text.contains("sense:") && !has_quit {
-            keys.write_all(b"q").unwrap();
-            has_quit = true;
-        }
-    }
-    assert_eq!(child.wait().unwrap().code(), Some(0));
-    let shown = String::from_utf8_lossy(&shown);
+    let mut terminal = Terminal::start(&sandbox, [30, 110], &format!("{} top", env!("CARGO_BIN_EXE_jde")));
+    terminal.wait_for(|shown| shown.contains("s2"));
+    liar.later.as_ref().unwrap().0.store(true, Ordering::Relaxed);
+    // Between two words there may be a movement of the cursor.
+    terminal.wait_for(|shown| shown.contains("sense:"));
+    terminal.type_keys(b"q");
+    let (status, shown) = terminal.finish();
+    assert_eq!(status, Some(0), "{shown}");
     assert!(shown.find(ENTER) < shown.find(LEAVE), "{shown}");
 }
 

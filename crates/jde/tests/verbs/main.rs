@@ -32,6 +32,7 @@ mod serving;
 mod splitting;
 mod stopping;
 mod support;
+mod terminal;
 mod unread;
 mod usage;
 mod validating;

@@ -1,50 +1,21 @@
 //! The oscilloscope and the shell on a terminal that `script` of util-linux creates.
 
 use jde_watchdog::Watchdog;
-use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 
 use crate::attached::Sandbox;
 use crate::support::{pair, plugins, root};
-
-/// The sequences that enter and leave the alternate screen of a terminal.
-const ENTER: &str = "\u{1b}[?1049h";
-const LEAVE: &str = "\u{1b}[?1049l";
+use crate::terminal::{ENTER, LEAVE, Terminal};
 
 #[test]
 fn run_on_a_terminal_shows_the_oscilloscope_and_restores_the_terminal() {
-    let _watchdog = Watchdog::for_test();
-    let command = format!(
-        "stty rows 24 cols 80; {} run {}",
-        env!("CARGO_BIN_EXE_jde"),
-        pair()
-    );
-    let mut child = Command::new("script")
-        .args(["-qec", &command, "/dev/null"])
-        .env("JDE_PLUGIN_PATH", plugins())
-        .env("TERM", "xterm-256color")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("script of util-linux is installed");
-    let mut keys = child.stdin.take().unwrap();
-    let mut screen = child.stdout.take().unwrap();
-    let mut shown = Vec::new();
-    let mut buffer = [0; 4096];
-    let mut quit = false;
-    loop {
-        let length = screen.read(&mut buffer).unwrap();
-        if length == 0 {
-            break;
-        }
-        shown.extend_from_slice(&buffer[..length]);
-        if !quit && String::from_utf8_lossy(&shown).contains("listener") {
-            keys.write_all(b"q").unwrap();
-            quit = true;
-        }
-    }
-    let shown = String::from_utf8_lossy(&shown);
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{shown}");
+    let sandbox = Sandbox::new();
+    let run = format!("{} run {}", env!("CARGO_BIN_EXE_jde"), pair());
+    let mut terminal = Terminal::start(&sandbox, [24, 80], &run);
+    terminal.wait_for(|shown| shown.contains("listener"));
+    terminal.type_keys(b"q");
+    let (status, shown) = terminal.finish();
+    assert_eq!(status, Some(0), "{shown}");
     let (enter, leave) = (
         shown.find(ENTER).expect("the alternate screen is entered"),
         shown.find(LEAVE).expect("the alternate screen is left"),
@@ -59,45 +30,19 @@ fn the_terminal_is_restored_after_the_oscilloscope_is_killed() {
     let process = sandbox.folder().join("process");
     // The terminal lives until a line is typed, and then shows its settings.
     let command = format!(
-        "stty rows 24 cols 80; sh -c 'echo $$ > {}; exec {} run {}'; read line; stty -a",
+        "sh -c 'echo $$ > {}; exec {} run {}'; read line; stty -a",
         process.display(),
         env!("CARGO_BIN_EXE_jde"),
         pair()
     );
-    let mut script = Command::new("script");
-    script
-        .args(["-qec", &command, "/dev/null"])
-        .env("JDE_PLUGIN_PATH", plugins())
-        .env("TERM", "xterm-256color")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped());
-    let mut child = sandbox
-        .command(script)
-        .spawn()
-        .expect("script of util-linux is installed");
-    let (mut keys, mut screen) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-    let (mut shown, mut buffer) = (Vec::new(), [0; 4096]);
-    let (mut is_killed, mut is_typed) = (false, false);
-    loop {
-        let length = screen.read(&mut buffer).unwrap();
-        if length == 0 {
-            break;
-        }
-        shown.extend_from_slice(&buffer[..length]);
-        let text = String::from_utf8_lossy(&shown);
-        if !is_killed && text.contains("listener") {
-            let id = std::fs::read_to_string(&process).unwrap();
-            let mut kill = Command::new("kill");
-            assert!(kill.args(["-KILL", id.trim()]).status().unwrap().success());
-            is_killed = true;
-        }
-        if !is_typed && text.contains(LEAVE) {
-            keys.write_all(b"\n").unwrap();
-            is_typed = true;
-        }
-    }
-    child.wait().unwrap();
-    let shown = String::from_utf8_lossy(&shown);
+    let mut terminal = Terminal::start(&sandbox, [24, 80], &command);
+    terminal.wait_for(|shown| shown.contains("listener"));
+    let id = std::fs::read_to_string(&process).unwrap();
+    let mut kill = Command::new("kill");
+    assert!(kill.args(["-KILL", id.trim()]).status().unwrap().success());
+    terminal.wait_for(|shown| shown.contains(LEAVE));
+    terminal.type_keys(b"\n");
+    let (_, shown) = terminal.finish();
     let settings = &shown[shown.find(LEAVE).expect("the alternate screen is left")..];
     assert!(
         settings.contains(" icanon") && settings.contains(" echo "),
@@ -113,19 +58,8 @@ const CURSOR_RESPONSE: &[u8] = b"\x1b[1;1R";
 fn r14_ctrl_x_in_the_shell_stops_everything_while_a_line_is_typed() {
     let sandbox = Sandbox::new();
     let _application = sandbox.start(&pair(), &[]);
-    let mut command = Command::new("script");
-    let shell = format!("stty rows 24 cols 80; {} shell", env!("CARGO_BIN_EXE_jde"));
-    command
-        .args(["-qec", &shell, "/dev/null"])
-        .env("TERM", "xterm-256color");
-    let mut child = sandbox
-        .command(command)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("script of util-linux is installed");
-    let mut keys = child.stdin.take().unwrap();
-    let mut screen = child.stdout.take().unwrap();
+    let shell = format!("{} shell", env!("CARGO_BIN_EXE_jde"));
+    let mut terminal = Terminal::start(&sandbox, [24, 80], &shell);
     // Types half a line and Ctrl-X, and after the confirmation deletes the line and exits. Each waits for a
     // query of the line editor: keys sent before it would reach the terminal instead of the editor.
     let mut pending_keys = [
@@ -134,27 +68,22 @@ fn r14_ctrl_x_in_the_shell_stops_everything_while_a_line_is_typed() {
     ]
     .into_iter()
     .peekable();
-    let (mut shown, mut responses) = (String::new(), 0);
-    let mut buffer = [0; 4096];
-    loop {
-        let length = screen.read(&mut buffer).unwrap();
-        if length == 0 {
-            break;
-        }
-        shown += &String::from_utf8_lossy(&buffer[..length]);
+    let mut responses = 0;
+    while let Some(shown) = terminal.more() {
         let queries = shown.matches(CURSOR_QUERY).count();
-        keys.write_all(&CURSOR_RESPONSE.repeat(queries - responses))
-            .unwrap();
-        responses = queries;
         let is_queried_after = |text: &str| match (shown.find(text), shown.rfind(CURSOR_QUERY)) {
             (Some(text), Some(query)) => text < query,
             (None, _) | (_, None) => false,
         };
-        if let Some((_, keystrokes)) = pending_keys.next_if(|(text, _)| is_queried_after(text)) {
-            keys.write_all(keystrokes).unwrap();
+        let keys = pending_keys.next_if(|(text, _)| is_queried_after(text));
+        terminal.type_keys(&CURSOR_RESPONSE.repeat(queries - responses));
+        responses = queries;
+        if let Some((_, keys)) = keys {
+            terminal.type_keys(keys);
         }
     }
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{shown}");
+    let (status, shown) = terminal.finish();
+    assert_eq!(status, Some(0), "{shown}");
     assert_eq!(sandbox.motors_awake(), [""; 0], "{shown}");
 }
 
