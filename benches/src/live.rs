@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result};
 use jde_core::{Nanos, State};
 use jde_host::{Options, Running};
 use jde_loader::{Plugins, SearchPath};
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, StateChange};
 
 use crate::{loaded, schemas};
 
@@ -32,11 +32,7 @@ struct FirstWoken(Arc<OnceLock<Nanos>>);
 
 impl Observer for FirstWoken {
     fn on_event(&mut self, event: &Event) {
-        if let Event::StateChanged {
-            time,
-            from: State::Slept,
-            ..
-        } = event
+        if let Event::State(StateChange { time, from: State::Slept, .. }) = event
         {
             // Only the first time is kept. The others are woken at the same instant.
             let _ = self.0.set(*time);

@@ -2,7 +2,7 @@
 
 use jde_core::{Case, Health};
 use jde_records::RunRecord;
-use jde_records::event::Event;
+use jde_records::event::{Event, What};
 
 use super::Names;
 
@@ -31,45 +31,20 @@ pub(crate) enum Fact<'a> {
     Operator(String),
 }
 
-/// Returns the fact of an event.
+/// Returns the fact of an event, whose schemas and groups have these names.
 pub(crate) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<Fact<'a>> {
-    let name = |schema: usize| names.schemas.get(schema).map(String::as_str);
-    Some(match event {
-        Event::Decided(record) => Fact::Selected {
+    match event {
+        Event::Decision(record) => Some(Fact::Selected {
             group: names.groups.get(record.group.index())?,
             collision: record.case == Case::Collision,
             absence: record.choice.is_none() && !record.candidates.is_empty(),
             switched: record.changed,
-        },
-        Event::HealthChanged { schema, health, .. } => Fact::Health {
-            schema: name(*schema)?,
-            overrun: *health == Health::Overrun,
-            fault: match health {
-                Health::Faulted(reason) => Some(reason),
-                Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => None,
-            },
-        },
-        Event::Hung { schema, .. } => Fact::Health {
-            schema: name(*schema)?,
-            overrun: true,
-            fault: Some("a call does not return"),
-        },
-        Event::Overrun { schema, .. } => Fact::Health {
-            schema: name(*schema)?,
-            overrun: true,
-            fault: None,
-        },
-        Event::Refused {
-            schema, description, ..
-        } => Fact::Refused {
-            schema: name(*schema)?,
-            text: description,
-        },
-        Event::Operator { by, action, .. } => {
-            Fact::Operator(format!("{by} acted on {}", name(action.schema())?))
-        }
-        _ => return None,
-    })
+        }),
+        Event::State(_) => None,
+        Event::Other(occurrence) => of_occurrence(&occurrence.what, |schema: &usize| {
+            names.schemas.get(*schema).map(String::as_str)
+        }),
+    }
 }
 
 /// Returns the fact of a record.
@@ -77,40 +52,57 @@ pub(crate) fn of_record(record: &RunRecord) -> Option<Fact<'_>> {
     match record {
         RunRecord::Decision(decision) => Some(Fact::Selected {
             group: &decision.group,
-            collision: decision.case == "collision",
+            collision: decision.case == Case::Collision,
             absence: decision.choice.is_none() && !decision.candidates.is_empty(),
             switched: decision.changed,
         }),
         RunRecord::State(_) => None,
-        RunRecord::Event(event) => {
-            let schema = event.schema.as_deref();
-            match event.kind.as_str() {
-                "ok" | "arbitration-failed" => Some(Fact::Health {
-                    schema: schema?,
-                    overrun: false,
-                    fault: None,
-                }),
-                "overrun" => Some(Fact::Health {
-                    schema: schema?,
-                    overrun: true,
-                    fault: None,
-                }),
-                "faulted" | "hung" => Some(Fact::Health {
-                    schema: schema?,
-                    overrun: event.kind == "hung",
-                    fault: Some(&event.text),
-                }),
-                "refused" => Some(Fact::Refused {
-                    schema: schema?,
-                    text: &event.text,
-                }),
-                "operator" => Some(Fact::Operator(format!(
-                    "{} acted on {}",
-                    event.by.as_deref().unwrap_or("somebody"),
-                    schema?
-                ))),
-                _ => None,
-            }
-        }
+        RunRecord::Other(occurrence) => of_occurrence(&occurrence.what, |schema: &String| Some(schema)),
+    }
+}
+
+fn of_occurrence<'a, N>(what: &'a What<N>, name: impl Fn(&'a N) -> Option<&'a str>) -> Option<Fact<'a>> {
+    match what {
+        What::HealthChanged { schema, health } => Some(Fact::Health {
+            schema: name(schema)?,
+            overrun: *health == Health::Overrun,
+            fault: match health {
+                Health::Faulted(reason) => Some(reason),
+                Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => None,
+            },
+        }),
+        What::Hung { schema, .. } => Some(Fact::Health {
+            schema: name(schema)?,
+            overrun: true,
+            fault: Some("a call does not return"),
+        }),
+        What::Overrun { schema, .. } => Some(Fact::Health {
+            schema: name(schema)?,
+            overrun: true,
+            fault: None,
+        }),
+        What::Refused { schema, description } => Some(Fact::Refused {
+            schema: name(schema)?,
+            text: description,
+        }),
+        What::Operator { by, action, .. } => Some(Fact::Operator(format!(
+            "{by} acted on {}",
+            name(action.schema())?
+        ))),
+        What::TookOver { .. }
+        | What::ChatteringStarted { .. }
+        | What::ChatteringEnded { .. }
+        | What::StoodStill { .. }
+        | What::WentOn { .. }
+        | What::Stalled { .. }
+        | What::CallAbandoned { .. }
+        | What::AbandonedCallReturned { .. }
+        | What::Limited { .. }
+        | What::Reloaded { .. }
+        | What::ReloadRolledBack { .. }
+        | What::Retracted { .. }
+        | What::Triggered { .. }
+        | What::Ended { .. }
+        | What::Unknown { .. } => None,
     }
 }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use jde_abi::describe::{FieldKind, Scalar, Type};
 use jde_board::Nanos;
 use jde_core::State;
-use jde_records::event::Event;
-use jde_records::{RunRecord, state_named};
+use jde_records::RunRecord;
+use jde_records::event::{Event, Occurrence, What};
 use jde_types::{Flag, Value};
 
 use super::Names;
@@ -161,23 +161,18 @@ impl Signals {
     /// Processes an event of the application that has these names.
     pub fn process_event(&mut self, event: &Event) {
         match event {
-            Event::StateChanged { time, schema, to, .. } => self.set_state(*time, *schema, *to),
-            Event::Decided(record) => {
+            Event::State(change) => self.set_state(change.time, change.schema, change.to),
+            Event::Decision(record) => {
                 for candidate in record.candidates.iter() {
                     self.set_candidate(record.time, candidate.id.index(), candidate.ready);
                 }
             }
-            Event::TookOver { .. } => {
-                self.count(TAKEOVERS);
-                if event.is_late() {
-                    self.count(LATE_TAKEOVERS);
+            Event::Other(Occurrence { what, .. }) => {
+                if matches!(what, What::TookOver { .. }) {
+                    self.count(TAKEOVERS);
                 }
-            }
-            _ => {
                 let names = Arc::clone(&self.names);
-                if let Some(fact) = facts::of_event(event, &names) {
-                    self.process_fact(&fact);
-                }
+                self.process_occurrence(what.is_late(), facts::of_event(event, &names));
             }
         }
     }
@@ -187,7 +182,7 @@ impl Signals {
         match record {
             RunRecord::State(change) => {
                 if let Some(schema) = self.schema(&change.schema) {
-                    self.set_state(record.time(), schema, state_named(&change.to));
+                    self.set_state(change.time, schema, change.to);
                 }
             }
             RunRecord::Decision(decision) => {
@@ -196,16 +191,23 @@ impl Signals {
                         self.set_candidate(record.time(), schema, candidate.ready);
                     }
                 }
+                // Of takeovers, only late ones have records of their own.
                 if decision.takeover_us.is_some() {
                     self.count(TAKEOVERS);
                 }
             }
-            RunRecord::Event(event) if event.kind == "late" => self.count(LATE_TAKEOVERS),
-            RunRecord::Event(_) => {
-                if let Some(fact) = facts::of_record(record) {
-                    self.process_fact(&fact);
-                }
+            RunRecord::Other(Occurrence { what, .. }) => {
+                self.process_occurrence(what.is_late(), facts::of_record(record));
             }
+        }
+    }
+
+    fn process_occurrence(&mut self, is_late: bool, fact: Option<Fact<'_>>) {
+        if is_late {
+            self.count(LATE_TAKEOVERS);
+        }
+        if let Some(fact) = fact {
+            self.process_fact(&fact);
         }
     }
 

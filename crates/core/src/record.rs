@@ -42,9 +42,10 @@ pub struct Record {
 }
 
 /// The situation of a group (R3).
-#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+#[derive(Copy, Clone, Default, PartialEq, Eq, Hash, Debug)]
 pub enum Case {
     /// Exactly one member is READY.
+    #[default]
     Alone,
     /// Two or more members are READY.
     Collision,
@@ -52,6 +53,34 @@ pub enum Case {
     Absence,
     /// An operator forces a member (R14).
     Forced,
+}
+
+impl Case {
+    /// All cases.
+    pub const ALL: [Self; 4] = [Self::Alone, Self::Collision, Self::Absence, Self::Forced];
+
+    /// Returns the name that records use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Alone => "alone",
+            Self::Collision => "collision",
+            Self::Absence => "absence",
+            Self::Forced => "forced",
+        }
+    }
+
+    /// Returns the case of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|case| case.name() == name)
+    }
+}
+
+impl core::fmt::Display for Case {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
 }
 
 /// One awake member of a group in a snapshot.

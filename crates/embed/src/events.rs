@@ -45,16 +45,21 @@ impl Events {
 
 #[cfg(test)]
 mod tests {
-    use jde_records::event::Outcome;
+    use jde_records::event::{Outcome, What};
 
     use super::*;
 
     #[test]
     fn events_that_nobody_takes_are_dropped_and_counted() {
         let mut events = Events::default();
-        let end = |time| Event::Ended {
-            time,
-            outcome: Outcome::Done,
+        let outcome = Outcome::Done;
+        let end = |time| {
+            Event::Other(
+                What::Ended {
+                    outcome: outcome.clone(),
+                }
+                .at(time),
+            )
         };
         for time in 0..MAX_WAITING as u64 + 3 {
             events.on_event(&end(time));

@@ -8,7 +8,6 @@ use jde_conditions::Expression;
 use jde_core::Nanos;
 use jde_experiment::drive::values::DriveValues;
 use jde_host::Handle;
-use jde_records::event::Event;
 use jde_records::{RecordBuilder, RecordKind, RunRecord};
 
 use crate::events::Events;
@@ -92,7 +91,7 @@ impl Observation {
     pub(crate) fn observe(&mut self, now: Nanos) {
         let (events, dropped) = self.events.take();
         self.dropped += dropped;
-        let mut instant = events.first().map_or(now, Event::time);
+        let mut instant = events.first().map_or(now, |event| event.time());
         for event in events {
             // In real time several instants may have passed: what was true at one of them is noticed.
             let before = std::mem::replace(&mut instant, event.time());

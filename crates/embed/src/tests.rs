@@ -3,7 +3,7 @@
 use jde_board::value::Value;
 use jde_conditions::{Expression, Names};
 use jde_core::State as SchemaState;
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, StateChange};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
 use crate::events::Events;
@@ -100,12 +100,12 @@ fn what_was_true_at_one_instant_is_not_taken_with_the_time_of_the_next() {
     let (ready, winner) = (SchemaState::Ready, SchemaState::Winner);
     for (time, from, to) in [(SECOND, ready, winner), (2 * SECOND, winner, ready)] {
         let schema = goon;
-        events.on_event(&Event::StateChanged {
+        events.on_event(&Event::State(StateChange {
             time,
             schema,
             from,
             to,
-        });
+        }));
     }
     observation.observe(3 * SECOND);
     assert!(!observation.was_true(at_next));

@@ -5,7 +5,7 @@
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use jde_core::Nanos;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Outcome, What};
 use jde_types::{Mission, Value};
 
 use crate::engine::Engine;
@@ -56,13 +56,15 @@ pub(crate) fn watch_mission(engine: &Arc<Engine>) {
         if let Some(since) = progress.check_stall(mission, now, patience) {
             drop(progress);
             // The publishing thread may be inside a call, and must not wait for the rules' lock.
-            engine.rules.report_later(Event::Stalled {
-                time: now,
-                schema: instance,
-                since,
-                distance: mission.distance,
-                reached: mission.reached,
-            });
+            engine.rules.report_later(
+                What::Stalled {
+                    schema: instance,
+                    since,
+                    distance: mission.distance,
+                    reached: mission.reached,
+                }
+                .at(now),
+            );
         }
     })]);
 }

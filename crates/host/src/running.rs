@@ -10,7 +10,7 @@ use jde_core::Nanos;
 use jde_isolation::Program;
 use jde_loader::Plugins;
 use jde_panel::Gesture;
-use jde_records::event::{Event, Observer, Outcome};
+use jde_records::event::{Observer, Outcome, What};
 use jde_records::snapshot::Snapshot;
 use jde_records::turn::OnTurn;
 
@@ -224,8 +224,7 @@ impl Running {
         self.alarm.stop();
         // `run_guarded` has reported a panic of this thread.
         let _ = thread.join();
-        self.engine.rules.report(&Event::Ended {
-            time: self.engine.clock.now(),
+        self.engine.rules.report_now(What::Ended {
             outcome: outcome.clone(),
         });
     }
@@ -302,10 +301,7 @@ impl Lockstep {
             self.engine.outcome.conclude(Outcome::Stopped);
             self.executor.shut_down();
             let outcome = self.engine.outcome.wait();
-            self.engine.rules.report(&Event::Ended {
-                time: self.engine.clock.now(),
-                outcome,
-            });
+            self.engine.rules.report_now(What::Ended { outcome });
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Outcome, What};
 
 use crate::operator_handle::OperatorHandle;
 use crate::running::{Handle, Lockstep};
@@ -39,10 +39,12 @@ impl Handle {
     /// still takes its turn. It waits for nothing, so an observer may call it.
     pub fn stand_still(&self, reason: &str) {
         if self.engine.clock.stand_still(reason) {
-            self.engine.rules.report_later(Event::StoodStill {
-                time: self.engine.clock.now(),
-                reason: reason.to_owned(),
-            });
+            self.engine.rules.report_later(
+                What::StoodStill {
+                    reason: reason.to_owned(),
+                }
+                .at(self.engine.clock.now()),
+            );
         }
     }
 
@@ -78,8 +80,7 @@ impl OperatorHandle {
         }
         // Reports the standstill before its end.
         self.engine.rules.transact(|_, _, _| ());
-        self.engine.rules.report_now(|time| Event::WentOn {
-            time,
+        self.engine.rules.report_now(What::WentOn {
             by: self.by.name.clone(),
             one_step,
         });

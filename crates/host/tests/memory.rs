@@ -12,7 +12,7 @@ use jde_core::Health;
 use jde_host::Options;
 use jde_host::reload::ReloadOptions;
 use jde_records::ResourceUsage;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Occurrence, Outcome, What};
 
 use common::{Call, Executor, LIVE, MS, Scenario, TestApp, in_real_time};
 
@@ -259,12 +259,16 @@ fn at_most_four_hung_instances_of_a_schema_are_abandoned(executor: Executor) {
     assert_eq!(app.schema("low").left, 4);
     assert_eq!(scenario.count("low iterate"), 4);
     let reported = scenario.events().into_iter().filter_map(|event| match event {
-        Event::CallAbandoned {
-            schema,
-            abandoned,
-            process,
+        Event::Other(Occurrence {
+            what:
+                What::CallAbandoned {
+                    schema,
+                    abandoned,
+                    process,
+                    ..
+                },
             ..
-        } if schema == low => Some((abandoned, process.files)),
+        }) if schema == low => Some((abandoned, process.files)),
         _ => None,
     });
     let (abandoned, files): (Vec<_>, Vec<_>) = reported.unzip();

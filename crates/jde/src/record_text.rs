@@ -1,10 +1,12 @@
 //! One message of a run as a line of text, as the verbs that follow a run print it.
 
 use jde_app::period::format_duration;
-use jde_core::Nanos;
-use jde_records::{Decision, RunRecord};
+use jde_core::{Health, Nanos};
+use jde_records::event::What;
+use jde_records::wire::state_name;
+use jde_records::{DecidedBy, Decision, RunRecord};
 
-use crate::terminal::{BAD, FAINT, GOOD, WARN};
+use crate::terminal::{BAD, FAINT, GOOD, Style, WARN};
 
 /// Returns a message in one line: `   12.402 s  goon faulted: it panicked`.
 pub(crate) fn format_record(record: &RunRecord) -> String {
@@ -12,29 +14,60 @@ pub(crate) fn format_record(record: &RunRecord) -> String {
         RunRecord::Decision(decision) => format_takeover(decision),
         RunRecord::State(change) => format!(
             "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {}",
-            change.time_s, change.schema, change.from, change.to
+            change.time as f64 / 1e9,
+            change.schema,
+            state_name(change.from),
+            state_name(change.to)
         ),
-        RunRecord::Event(happening) => {
-            let style = match happening.kind.as_str() {
-                "faulted" | "hung" | "left-behind" | "late" | "chatters" | "stalled" => BAD,
-                "ok" | "ended" => GOOD,
-                _ => WARN,
-            };
-            let schema = happening.schema.as_ref();
+        RunRecord::Other(event) => {
+            let style = style(&event.what);
+            let schema = event.what.schema();
             let schema = schema.map_or(String::new(), |name| format!("{name} "));
             format!(
                 "{FAINT}{:>9.3} s{FAINT:#}  {schema}{style}{}{style:#}: {}",
-                happening.time_s, happening.kind, happening.text
+                event.time_s(),
+                event.what.kind(),
+                event.text()
             )
         }
+    }
+}
+
+fn style(what: &What<String>) -> Style {
+    match what {
+        What::HealthChanged { health, .. } => match health {
+            Health::Ok => GOOD,
+            Health::Overrun | Health::ArbitrationFailed(_) => WARN,
+            Health::Faulted(_) => BAD,
+        },
+        What::TookOver { .. } if what.is_late() => BAD,
+        What::Hung { .. }
+        | What::CallAbandoned { .. }
+        | What::ChatteringStarted { .. }
+        | What::Stalled { .. } => BAD,
+        What::Ended { .. } => GOOD,
+        What::TookOver { .. }
+        | What::ChatteringEnded { .. }
+        | What::StoodStill { .. }
+        | What::WentOn { .. }
+        | What::Overrun { .. }
+        | What::AbandonedCallReturned { .. }
+        | What::Refused { .. }
+        | What::Limited { .. }
+        | What::Operator { .. }
+        | What::Reloaded { .. }
+        | What::ReloadRolledBack { .. }
+        | What::Retracted { .. }
+        | What::Triggered { .. }
+        | What::Unknown { .. } => WARN,
     }
 }
 
 /// Returns a takeover in one line:
 /// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 400 µs`.
 pub(crate) fn format_takeover(decision: &Decision) -> String {
-    let decider = match decision.decider.as_str() {
-        "nobody" => String::new(),
+    let decider = match &decision.decider {
+        DecidedBy::Nobody => String::new(),
         decider => format!(" {FAINT}({decider}){FAINT:#}"),
     };
     let took = match decision.takeover_us {

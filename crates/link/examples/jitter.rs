@@ -21,7 +21,7 @@ use jde_host::{Options, Running};
 use jde_link::{Client, Events, Folders, Link, Rate, Reach, Settings, SubjectInfo};
 use jde_loader::{Plugins, SearchPath};
 use jde_records::RecordKind;
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, StateChange};
 use jde_schema::prelude::*;
 use rustix::process::{Pid, Signal, kill_process};
 use zenoh::Wait;
@@ -221,11 +221,11 @@ struct AwakeningObserver;
 
 impl Observer for AwakeningObserver {
     fn on_event(&mut self, event: &Event) {
-        if let Event::StateChanged {
+        if let Event::State(StateChange {
             time,
             from: State::Slept,
             ..
-        } = event
+        }) = event
         {
             *AWAKENED_AT.lock().unwrap_or_else(PoisonError::into_inner) = Duration::from_nanos(*time);
         }

@@ -5,7 +5,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
 
-use jde_records::{EventRecord, RunRecord};
+use jde_core::Health;
+use jde_records::RunRecord;
+use jde_records::event::{Occurrence, What};
 use serde::Serialize;
 
 use crate::part::Gap;
@@ -135,6 +137,9 @@ pub struct SchemaProblems {
     pub late: u64,
     /// The text of the last fault.
     pub last_fault: Option<String>,
+    /// Whether a call has not returned. The fault that follows is the same.
+    #[serde(skip)]
+    pub hangs: bool,
 }
 
 /// Where a recording ends too early.
@@ -290,7 +295,7 @@ impl Survey {
                 group.decisions += 1;
                 group.switches += u64::from(decision.changed);
             }
-            Some(RunRecord::Event(event)) => SchemaProblems::count(&mut self.troubled, &event),
+            Some(RunRecord::Other(event)) => SchemaProblems::count(&mut self.troubled, &event),
             Some(RunRecord::State(_)) | None => {}
         }
     }
@@ -322,36 +327,58 @@ impl PartsSurvey {
 
 impl SchemaProblems {
     /// Counts an event if it is a problem of a schema. Adds the schema to `all` if it is not in it.
-    pub fn count(all: &mut Vec<Self>, event: &EventRecord) {
-        let Some(schema) = &event.schema else {
-            return;
-        };
-        if !matches!(
-            event.kind.as_str(),
-            "faulted" | "hung" | "overrun" | "refused" | "late"
-        ) {
-            return;
+    pub fn count(all: &mut Vec<Self>, event: &Occurrence<String>) {
+        match &event.what {
+            What::HealthChanged { schema, health } => match health {
+                Health::Faulted(_) => Self::of(all, schema, |problems| {
+                    problems.faults += u64::from(!problems.hangs);
+                    problems.hangs = false;
+                    problems.last_fault = Some(event.text());
+                }),
+                // An overrun has an event of its own.
+                Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => {}
+            },
+            What::Hung { schema, .. } => Self::of(all, schema, |problems| {
+                problems.faults += 1;
+                problems.hangs = true;
+                problems.last_fault = Some(event.text());
+            }),
+            What::Overrun { schema, .. } => Self::of(all, schema, |problems| problems.overruns += 1),
+            What::Refused { schema, .. } => Self::of(all, schema, |problems| problems.refused += 1),
+            What::TookOver { schema, .. } if event.what.is_late() => {
+                Self::of(all, schema, |problems| problems.late += 1);
+            }
+            What::TookOver { .. }
+            | What::ChatteringStarted { .. }
+            | What::ChatteringEnded { .. }
+            | What::StoodStill { .. }
+            | What::WentOn { .. }
+            | What::Stalled { .. }
+            | What::CallAbandoned { .. }
+            | What::AbandonedCallReturned { .. }
+            | What::Limited { .. }
+            | What::Operator { .. }
+            | What::Reloaded { .. }
+            | What::ReloadRolledBack { .. }
+            | What::Retracted { .. }
+            | What::Triggered { .. }
+            | What::Ended { .. }
+            | What::Unknown { .. } => {}
         }
+    }
+
+    /// Changes the problems of a schema, which is added if there is a place.
+    fn of(all: &mut Vec<Self>, schema: &str, change: impl FnOnce(&mut Self)) {
         let full = all.len() == MAX_PROBLEM_SCHEMAS;
         let problems = match all.iter_mut().find(|problems| problems.schema == *schema) {
             Some(problems) => problems,
             None if full => return,
             None => all.push_mut(Self {
-                schema: schema.clone(),
+                schema: schema.to_owned(),
                 ..Self::default()
             }),
         };
-        match event.kind.as_str() {
-            // Each overrun is reported twice: by the time that it took, and by the new health. Only the first
-            // is counted.
-            "overrun" => problems.overruns += u64::from(event.text.starts_with("took")),
-            "refused" => problems.refused += 1,
-            "late" => problems.late += 1,
-            _ => {
-                problems.faults += 1;
-                problems.last_fault = Some(event.text.clone());
-            }
-        }
+        change(problems);
     }
 }
 

@@ -9,7 +9,8 @@ use std::thread;
 use std::time::Duration;
 
 use jde_board::{Nanos, Reader};
-use jde_records::{EventRecord, RecordBuilder, RecordKind, RunRecord};
+use jde_records::event::What;
+use jde_records::{RecordBuilder, RecordKind, RunRecord};
 use jde_ros::cdr;
 
 use crate::pre_trigger_buffer::StateKey;
@@ -335,7 +336,7 @@ impl WriterThread {
                 Effect::State(StateKey::Named(decision.group.as_str().into()))
             }
             (None, RunRecord::State(change)) => Effect::State(StateKey::Named(change.schema.as_str().into())),
-            (None, RunRecord::Event(_)) => Effect::State(StateKey::Stateless),
+            (None, RunRecord::Other(_)) => Effect::State(StateKey::Stateless),
         };
         record::encode(record.clone(), &mut self.message);
         self.sink.write_message(channel, times, &self.message, effect);
@@ -376,14 +377,9 @@ impl WriterThread {
     /// Reports the conditions that became true, first as records and then to the sink.
     fn report_fired(&mut self) {
         for firing in std::mem::take(&mut self.fired) {
-            let text = firing.text.clone();
-            let record = RunRecord::Event(EventRecord {
-                time_s: firing.time as f64 / 1e9,
-                kind: "trigger".to_owned(),
-                text,
-                ..EventRecord::default()
-            });
-            self.write_record(&record, None);
+            let condition = firing.text.clone();
+            let record = What::Triggered { condition }.at(firing.time);
+            self.write_record(&record.into(), None);
             let triggers = self.triggers.as_ref();
             let condition = triggers.and_then(|triggers| triggers.condition(firing.condition));
             self.sink.fired(&firing, condition.unwrap_or_default());

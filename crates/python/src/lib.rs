@@ -74,7 +74,7 @@ fn record_to_python<'py>(py: Python<'py>, record: &RunRecord) -> PyResult<Bound<
     match record {
         RunRecord::Decision(decision) => json(py, decision),
         RunRecord::State(state) => json(py, state),
-        RunRecord::Event(event) => json(py, event),
+        RunRecord::Other(event) => json(py, event),
     }
 }
 

@@ -4,10 +4,12 @@
 //! A reason is words about the application: "schema 12 has father 99, and it has 3 schemas". The counts are from 0, as in
 //! the messages.
 
-use jde_core::{Nanos, State};
+use jde_core::Nanos;
 
+use crate::RunRecord;
+use crate::event::What;
 use crate::snapshot::{GroupView, Snapshot};
-use crate::{Decision, EventRecord, RunRecord, StateRecord};
+use crate::wire::Nonsense;
 
 /// The most schemas and the most groups: those of an application file.
 pub const MAX_SCHEMAS: usize = 10_000;
@@ -103,32 +105,17 @@ impl RunRecord {
     /// # Errors
     /// The first thing that makes no sense.
     pub fn check(&self) -> Result<(), String> {
-        let time_s = match self {
-            Self::Decision(Decision {
-                time_s, candidates, ..
-            }) => {
-                for candidate in candidates {
-                    check_state(&candidate.state)?;
-                }
-                time_s
-            }
-            Self::State(StateRecord { time_s, from, to, .. }) => {
-                check_state(from)?;
-                check_state(to)?;
-                time_s
-            }
-            Self::Event(EventRecord { time_s, touched, .. }) => {
-                if let Some(touched) = touched {
-                    touched.gesture.check().map_err(|broken| broken.to_string())?;
-                }
-                time_s
-            }
-        };
-        if (0.0..=MAX_TIME as f64 / 1e9).contains(time_s) {
-            Ok(())
-        } else {
-            Err(format!("it has a record of the time {time_s} s"))
+        if let Some((_, gesture)) = self.what().and_then(What::gesture) {
+            gesture.check().map_err(|broken| broken.to_string())?;
         }
+        let time_s = match self {
+            Self::Decision(decision) => decision.time_s,
+            Self::State(_) | Self::Other(_) => 0.0,
+        };
+        if !(0.0..=MAX_TIME as f64 / 1e9).contains(&time_s) {
+            return Err(Nonsense::Time(time_s).to_string());
+        }
+        Ok(())
     }
 }
 
@@ -212,22 +199,15 @@ pub fn check_fathers(fathers: &[Option<usize>]) -> Result<(), String> {
     Ok(())
 }
 
-fn check_state(name: &str) -> Result<(), String> {
-    if State::ALL
-        .iter()
-        .any(|state| state.name().eq_ignore_ascii_case(name))
-    {
-        return Ok(());
-    }
-    Err("it has a record of a state that is none".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::Decision;
+    use crate::event::StateChange;
     use crate::snapshot::{SchemaView, Switch};
+    use crate::wire::StateMessage;
 
     fn snapshot(fathers: &[Option<usize>]) -> Snapshot {
         let schema = |(place, father): (usize, &Option<usize>)| SchemaView {
@@ -313,19 +293,25 @@ mod tests {
         bad.schemas[0].name = "a\u{1b}[31m".to_owned();
         assert!(refused(&bad).contains("control characters"));
         for time_s in [f64::INFINITY, -1.0, 1e300] {
-            let record = StateRecord {
+            let message = StateMessage {
                 time_s,
-                schema: "goon".to_owned(),
                 from: "slept".to_owned(),
                 to: "ready".to_owned(),
+                ..StateMessage::default()
             };
-            assert!(RunRecord::State(record).check().is_err());
+            assert!(StateChange::try_from(message).is_err());
+            let decision = Decision {
+                time_s,
+                ..Decision::default()
+            };
+            assert!(RunRecord::Decision(decision).check().is_err());
         }
-        let odd = StateRecord {
+        let odd = StateMessage {
+            from: "slept".to_owned(),
             to: "asleep".to_owned(),
-            ..StateRecord::default()
+            ..StateMessage::default()
         };
-        assert!(RunRecord::State(odd).check().is_err());
+        assert!(StateChange::try_from(odd).is_err());
     }
 
     proptest! {

@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use jde_app::Application;
-use jde_core::{Case, Cause, Nanos, Record, SchemaId, State, Timer};
+use jde_core::{Cause, Nanos, Record, SchemaId, State, Timer};
 
 use super::{CandidateRecord, Decision, seconds};
-use crate::event::Event;
+use crate::event::{Event, Occurrence, What};
 
 /// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
 /// and a hung call is given up after a second unless the application states otherwise; a longer takeover is
@@ -70,47 +70,41 @@ impl DecisionTracker {
     /// Processes an event. Returns the selections that are complete now.
     pub fn process(&mut self, event: &Event) -> Vec<Decision> {
         match event {
-            Event::Decided(record) => {
+            Event::Decision(record) => {
                 let mut completed = self.take_overdue(record.time);
                 self.push_record(record, &mut completed);
                 completed
             }
-            Event::TookOver {
-                time,
-                group,
-                record,
-                latency,
-                ..
-            } => {
-                let mut completed = self.take_overdue(*time);
-                if self.has_open(*group, |open| open.number == *record) {
-                    self.close(*group, Some(*latency), &mut completed);
-                }
-                completed
-            }
-            Event::StateChanged {
-                time,
-                schema,
-                from,
-                to,
-            } => {
-                let mut completed = self.take_overdue(*time);
+            Event::State(change) => {
+                let mut completed = self.take_overdue(change.time);
                 // It lost before it began, or fell asleep before it was promoted.
-                let is_lost = *from == State::Winner || *to == State::Slept;
-                if let Some(group) = self.group_of[*schema].filter(|_| is_lost)
-                    && self.has_open(group, |open| open.choice == Some(SchemaId(*schema as u32)))
+                let is_lost = change.from == State::Winner || change.to == State::Slept;
+                if let Some(group) = self.group_of[change.schema].filter(|_| is_lost)
+                    && self.has_open(group, |open| open.choice == Some(SchemaId(change.schema as u32)))
                 {
                     self.close(group, None, &mut completed);
                 }
                 completed
             }
-            Event::Refused {
-                schema, description, ..
-            } => {
-                self.refusals[*schema] = Some(description.clone());
+            Event::Other(Occurrence { time, what }) => {
+                if let What::TookOver {
+                    group,
+                    record,
+                    latency,
+                    ..
+                } = what
+                {
+                    let mut completed = self.take_overdue(*time);
+                    if self.has_open(*group, |open| open.number == *record) {
+                        self.close(*group, Some(*latency), &mut completed);
+                    }
+                    return completed;
+                }
+                if let What::Refused { schema, description } = what {
+                    self.refusals[*schema] = Some(description.clone());
+                }
                 Vec::new()
             }
-            _ => Vec::new(),
         }
     }
 
@@ -200,48 +194,25 @@ impl DecisionTracker {
             number: record.number,
             time_s: seconds(record.time),
             group: self.groups[record.group.index()].name.clone(),
-            case: case_name(record.case).to_owned(),
+            case: record.case,
             candidates: record
                 .candidates
                 .iter()
                 .map(|candidate| CandidateRecord {
                     name: name(candidate.id),
-                    state: state_name(candidate.state),
+                    state: candidate.state,
                     ready: candidate.ready,
                     urgency: Some(candidate.urgency).filter(|urgency| urgency.is_finite()),
                 })
                 .collect(),
             before: record.before.map(name),
             choice: record.choice.map(name),
-            decider: record.decider.name().to_owned(),
+            decider: record.decider.into(),
             reason: record.reason.to_string(),
             cause,
             changed: record.changed,
             takeover_us: takeover.map(|latency| latency as f64 / 1e3),
         }
-    }
-}
-
-/// Returns a state's name as it is written in messages: in lower case.
-#[must_use]
-pub fn state_name(state: State) -> String {
-    state.name().to_lowercase()
-}
-
-/// Returns the state with that name, in any case; SLEPT for an unknown name.
-#[must_use]
-pub fn state_named(name: &str) -> State {
-    let known = State::ALL.into_iter();
-    let mut known = known.filter(|state| state.name().eq_ignore_ascii_case(name));
-    known.next().unwrap_or(State::Slept)
-}
-
-fn case_name(case: Case) -> &'static str {
-    match case {
-        Case::Alone => "alone",
-        Case::Collision => "collision",
-        Case::Absence => "absence",
-        Case::Forced => "forced",
     }
 }
 

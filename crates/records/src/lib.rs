@@ -3,50 +3,42 @@
 
 pub mod chattering;
 pub mod check;
+mod decision;
 mod decision_tracker;
 pub mod decision_writer;
+mod earlier;
 pub mod event;
-mod event_text;
-mod messages;
 pub mod reload;
 mod resource_usage;
 pub mod snapshot;
 pub mod turn;
+pub mod wire;
 
 use jde_app::Application;
 use jde_core::Nanos;
 
-use crate::event::Event;
-pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name, state_named};
-pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
+use crate::event::{Event, Names, What};
+pub use decision::{CandidateRecord, DecidedBy, Decision};
+pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT};
 pub use resource_usage::ResourceUsage;
 
-/// One message of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RunRecord {
-    /// A selection.
-    Decision(Decision),
-    /// A change of state.
-    State(StateRecord),
-    /// Any other event.
-    Event(EventRecord),
-}
+/// One message of a run: an event with the names of schemas and groups. [`wire`] has its form.
+pub type RunRecord = Event<String, Decision>;
 
 /// The kinds of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordKind {
-    /// [`RunRecord::Decision`].
+    /// A selection.
     Decision,
-    /// [`RunRecord::State`].
+    /// A change of state.
     State,
-    /// [`RunRecord::Event`].
+    /// Any other event.
     Event,
 }
 
 /// Turns events into messages.
 pub struct RecordBuilder {
-    schemas: Vec<String>,
-    groups: Vec<String>,
+    names: Names,
     tracker: DecisionTracker,
     /// Includes every position of a drag.
     all_drags: bool,
@@ -71,17 +63,13 @@ impl RecordBuilder {
     /// Creates a builder for an application.
     #[must_use]
     pub fn new(application: &Application) -> Self {
+        let instances = application.instances.iter();
+        let groups = application.groups.iter();
         Self {
-            schemas: application
-                .instances
-                .iter()
-                .map(|instance| instance.name.clone())
-                .collect(),
-            groups: application
-                .groups
-                .iter()
-                .map(|group| group.name.clone())
-                .collect(),
+            names: Names {
+                schemas: instances.map(|instance| instance.name.clone()).collect(),
+                groups: groups.map(|group| group.name.clone()).collect(),
+            },
             tracker: DecisionTracker::new(application),
             all_drags: false,
         }
@@ -101,9 +89,16 @@ impl RecordBuilder {
     /// known.
     pub fn process(&mut self, event: &Event) -> Vec<RunRecord> {
         let decisions = self.tracker.process(event);
-        let mut lines: Vec<_> = decisions.into_iter().map(RunRecord::Decision).collect();
-        lines.extend(self.describe_event(event));
-        lines
+        let mut records: Vec<_> = decisions.into_iter().map(RunRecord::Decision).collect();
+        match event {
+            Event::Decision(_) => {}
+            Event::State(change) => records.push(RunRecord::State(self.names.state(change))),
+            Event::Other(occurrence) if self.has_message(&occurrence.what) => {
+                records.push(RunRecord::Other(self.names.occurrence(occurrence)));
+            }
+            Event::Other(_) => {}
+        }
+        records
     }
 
     /// Returns the selections whose takeover did not occur.
@@ -115,16 +110,13 @@ impl RecordBuilder {
             .map(RunRecord::Decision)
             .collect()
     }
-}
 
-fn event_record(time: Nanos, kind: &str, schema: Option<String>, text: String) -> RunRecord {
-    RunRecord::Event(EventRecord {
-        time_s: seconds(time),
-        kind: kind.to_owned(),
-        schema,
-        text,
-        ..EventRecord::default()
-    })
+    /// Whether there is a message of an event. A takeover in time is a part of the message of its selection.
+    fn has_message(&self, what: &What) -> bool {
+        let is_in_time = matches!(what, What::TookOver { latency, allowed, .. } if latency <= allowed);
+        let is_part_of_drag = matches!(what, What::Operator { action, .. } if action.goes_on());
+        !is_in_time && (self.all_drags || !is_part_of_drag)
+    }
 }
 
 /// Converts to seconds, exact to the nanosecond for the first hundred days.
@@ -132,28 +124,26 @@ pub(crate) fn seconds(time: Nanos) -> f64 {
     time as f64 / 1e9
 }
 
+/// Converts from seconds. No time is before 0.
+pub(crate) fn nanoseconds(time_s: f64) -> Nanos {
+    (time_s * 1e9).round() as Nanos
+}
+
 impl RunRecord {
     /// Returns the message that the value of a variable was retracted.
     #[must_use]
     pub fn retracted(time: Nanos, variable: &str) -> Self {
-        event_record(
-            time,
-            "retracted",
-            None,
-            format!("the value of {variable} was taken back"),
-        )
+        let variable = variable.to_owned();
+        Self::Other(What::Retracted { variable }.at(time))
     }
 
     /// Returns the variable whose value was retracted, if the message is of that kind.
     #[must_use]
     pub fn retracted_variable(&self) -> Option<&str> {
-        match self {
-            Self::Event(happening) if happening.kind == "retracted" => happening
-                .text
-                .strip_prefix("the value of ")?
-                .strip_suffix(" was taken back"),
-            Self::Event(_) | Self::Decision(_) | Self::State(_) => None,
-        }
+        let Some(What::Retracted { variable }) = self.what() else {
+            return None;
+        };
+        Some(variable)
     }
 
     /// Its kind.
@@ -162,19 +152,18 @@ impl RunRecord {
         match self {
             Self::Decision(_) => RecordKind::Decision,
             Self::State(_) => RecordKind::State,
-            Self::Event(_) => RecordKind::Event,
+            Self::Other(_) => RecordKind::Event,
         }
     }
 
     /// Its time, ns since the application's start.
     #[must_use]
     pub fn time(&self) -> Nanos {
-        let time_s = match self {
-            Self::Decision(decision) => decision.time_s,
-            Self::State(change) => change.time_s,
-            Self::Event(happening) => happening.time_s,
-        };
-        (time_s * 1e9).round() as Nanos
+        match self {
+            Self::Decision(decision) => nanoseconds(decision.time_s),
+            Self::State(change) => change.time,
+            Self::Other(occurrence) => occurrence.time,
+        }
     }
 
     /// The message as JSON.
@@ -183,7 +172,7 @@ impl RunRecord {
         let json = match self {
             Self::Decision(decision) => serde_json::to_vec(decision),
             Self::State(change) => serde_json::to_vec(change),
-            Self::Event(happening) => serde_json::to_vec(happening),
+            Self::Other(occurrence) => serde_json::to_vec(occurrence),
         };
         // Serialization of numbers and texts cannot fail.
         json.unwrap_or_default()
@@ -197,7 +186,7 @@ impl RunRecord {
         Ok(match kind {
             RecordKind::Decision => Self::Decision(serde_json::from_slice(json)?),
             RecordKind::State => Self::State(serde_json::from_slice(json)?),
-            RecordKind::Event => Self::Event(serde_json::from_slice(json)?),
+            RecordKind::Event => Self::Other(serde_json::from_slice(json)?),
         })
     }
 }

@@ -6,7 +6,10 @@ mod signals;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use jde_records::{Decision, EventRecord, RunRecord, StateRecord};
+use jde_core::{Case, State};
+use jde_records::event::StateChange;
+use jde_records::wire::{EventMessage, state_named};
+use jde_records::{DecidedBy, Decision, RunRecord};
 use jde_types::{Flag, LaserScan, Mission, Odometry, Seq, Text, Value};
 
 use super::*;
@@ -299,16 +302,16 @@ fn decision(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed:
         number: 1,
         time_s,
         group: group.to_owned(),
-        case: case.to_owned(),
+        case: Case::named(case).unwrap(),
         candidates: vec![jde_records::CandidateRecord {
             name: "goon".to_owned(),
-            state: "ready".to_owned(),
+            state: State::Ready,
             ready: true,
             urgency: None,
         }],
         before: None,
         choice: choice.map(str::to_owned),
-        decider: "nobody".to_owned(),
+        decider: DecidedBy::Nobody,
         reason: String::new(),
         cause: String::new(),
         changed,
@@ -317,13 +320,15 @@ fn decision(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed:
 }
 
 fn event(time_s: f64, kind: &str, schema: &str) -> RunRecord {
-    RunRecord::Event(EventRecord {
+    let message = EventMessage {
         time_s,
         kind: kind.to_owned(),
         schema: Some(schema.to_owned()),
         text: "why".to_owned(),
-        ..EventRecord::default()
-    })
+        by: Some("ana".to_owned()),
+        ..EventMessage::default()
+    };
+    RunRecord::Other(message.try_into().expect("a record"))
 }
 
 /// Returns the times and texts of the firings of a condition.
@@ -349,11 +354,11 @@ fn r3_a_collision_and_an_absence_fire_when_they_begin() {
         decision(3.1, "example/base", "absence", Some("goon"), true),
         decision(4.0, "example/base", "collision", Some("stop"), true),
         decision(5.0, "roots", "collision", Some("goon"), false),
-        RunRecord::State(StateRecord {
-            time_s: 6.0,
+        RunRecord::State(StateChange {
+            time: 6_000_000_000,
             schema: "goon".to_owned(),
-            from: "ready".to_owned(),
-            to: "winner".to_owned(),
+            from: State::Ready,
+            to: State::Winner,
         }),
     ];
     assert_eq!(

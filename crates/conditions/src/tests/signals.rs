@@ -1,7 +1,7 @@
 //! Tests of the signals: their names, their values, and the moments at which conditions on them fire.
 
 use jde_core::{Health, State};
-use jde_records::event::Event;
+use jde_records::event::{Event, StateChange, What};
 use jde_types::Truth;
 
 use super::*;
@@ -21,11 +21,11 @@ fn names() -> Names {
 }
 
 fn state(time_s: f64, schema: &str, to: &str) -> RunRecord {
-    RunRecord::State(StateRecord {
-        time_s,
+    RunRecord::State(StateChange {
+        time: (time_s * 1e9).round() as u64,
         schema: schema.to_owned(),
-        from: "checking".to_owned(),
-        to: to.to_owned(),
+        from: State::Checking,
+        to: state_named(to).unwrap(),
     })
 }
 
@@ -63,40 +63,48 @@ fn records_and_events_have_the_same_effect_on_signals() {
         event(5.0, "late", "goon"),
         event(5.0, "operator", "goon"),
     ];
-    let health = |time, schema, health| Event::HealthChanged { time, schema, health };
-    let changed = |time, to| Event::StateChanged {
-        time,
-        schema: 0,
-        from: State::Checking,
-        to,
+    let health = |time, schema, health| Event::Other(What::HealthChanged { schema, health }.at(time));
+    let changed = |time, to| {
+        Event::State(StateChange {
+            time,
+            schema: 0,
+            from: State::Checking,
+            to,
+        })
     };
-    let late = Event::TookOver {
-        time: 5,
-        group: 0,
-        record: 1,
-        schema: 0,
-        latency: 2,
-        allowed: 1,
-        machine: 0,
-    };
+    let late = Event::Other(
+        What::TookOver {
+            group: 0,
+            record: 1,
+            schema: 0,
+            latency: 2,
+            allowed: 1,
+            machine: 0,
+        }
+        .at(5),
+    );
     let events = [
         changed(1, State::Ready),
         changed(1, State::Winner),
         health(2, 0, Health::Overrun),
-        Event::Overrun {
-            time: 2,
-            schema: 0,
-            took: 2,
-            budget: 1,
-        },
+        Event::Other(
+            What::Overrun {
+                schema: 0,
+                took: 2,
+                budget: 1,
+            }
+            .at(2),
+        ),
         health(3, 0, Health::Ok),
         health(4, 0, Health::Overrun),
         health(5, 1, Health::Faulted("it panicked".to_owned())),
-        Event::Refused {
-            time: 5,
-            schema: 0,
-            description: String::new(),
-        },
+        Event::Other(
+            What::Refused {
+                schema: 0,
+                description: String::new(),
+            }
+            .at(5),
+        ),
         late,
     ];
     let mut of_records = Signals::new(&names());

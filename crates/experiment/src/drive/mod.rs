@@ -14,7 +14,7 @@ use jde_app::{Application, Faults};
 use jde_core::Nanos;
 use jde_host::{Lockstep, Options, StartError};
 use jde_loader::Plugins;
-use jde_records::event::{Event, Observer, Outcome as RunOutcome};
+use jde_records::event::{Event, Observer, Outcome as RunOutcome, What};
 use jde_sim::World;
 
 use crate::applications::Applications;
@@ -283,7 +283,7 @@ impl<'e> Drive<'e> {
     fn look(&mut self, now: Nanos) -> bool {
         for event in self.events.take() {
             self.values.add_event(&event);
-            if event.is_late() && self.late.is_none() {
+            if self.late.is_none() {
                 self.late = late(self.lockstep.handle().application(), &event);
             }
             self.situation.add_event(event);
@@ -341,14 +341,14 @@ fn mission_reason(ending: &Ending) -> &'static str {
 
 /// A takeover beyond its contract, in words. It is a fault whatever the properties are (R17).
 fn late(application: &Application, event: &Event) -> Option<String> {
-    let Event::TookOver {
-        time,
+    let what = event.what().filter(|what| what.is_late())?;
+    let What::TookOver {
         group,
         schema,
         latency,
         allowed,
         ..
-    } = event
+    } = what
     else {
         return None;
     };
@@ -357,7 +357,7 @@ fn late(application: &Application, event: &Event) -> Option<String> {
         application.instances[*schema].name,
         application.groups[*group].name,
         *latency as f64 / 1e6,
-        *time as f64 / 1e9,
+        event.time() as f64 / 1e9,
         *allowed as f64 / 1e6
     ))
 }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use jde_app::Application;
 use jde_core::{Nanos, Record, SchemaId, State};
-use jde_records::event::Event;
+use jde_records::event::{Event, StateChange};
 
 use crate::result::Failure;
 
@@ -57,13 +57,13 @@ impl Situation {
     /// Keeps a selection that changed the winner, and who acts.
     pub(super) fn add_event(&mut self, event: Event) {
         match event {
-            Event::Decided(record) if record.changed && self.kept.is_none() => {
+            Event::Decision(record) if record.changed && self.kept.is_none() => {
                 if self.selections.len() == MAX_SELECTIONS {
                     self.selections.pop_front();
                 }
                 self.selections.push_back(record);
             }
-            Event::StateChanged { schema, to, .. } if self.can_act[schema] => {
+            Event::State(StateChange { schema, to, .. }) if self.can_act[schema] => {
                 if to == State::Winner {
                     self.acting = Some(schema);
                 } else if self.acting == Some(schema) {

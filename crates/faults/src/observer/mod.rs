@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use jde_board::Watch;
 use jde_core::{Health, Nanos};
 use jde_host::{Handle, Options, StartHook};
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 use jde_records::turn::{Call, OnTurn, Turn};
 
 use crate::case::Clock;
@@ -228,54 +228,56 @@ impl ObserverState {
     }
 
     fn on_event(&mut self, event: &Event) {
-        if let Event::HealthChanged { schema, health, .. } = event {
-            if matches!(health, Health::Faulted(_)) {
-                self.faulted.insert(*schema);
-            } else {
-                self.faulted.remove(schema);
+        match event {
+            Event::Decision(_) => {}
+            Event::State(change) => self.changed(change.time, change.schema, change.from, change.to),
+            Event::Other(Occurrence { time, what }) => {
+                if let What::HealthChanged { schema, health } = what {
+                    if matches!(health, Health::Faulted(_)) {
+                        self.faulted.insert(*schema);
+                    } else {
+                        self.faulted.remove(schema);
+                    }
+                }
+                let symptom = self.symptom(what);
+                self.symptoms.extend(symptom.map(|(schema, what)| Symptom {
+                    time: *time,
+                    schema,
+                    what,
+                }));
             }
         }
-        let (time, schema, what) = match event {
-            Event::StateChanged {
-                time,
-                schema,
-                from,
-                to,
-            } => {
-                self.changed(*time, *schema, *from, *to);
-                return;
-            }
-            Event::HealthChanged {
-                time,
-                schema,
-                health: Health::Faulted(_),
-            } => (*time, *schema, "faulted"),
-            Event::HealthChanged {
-                time,
-                schema,
-                health: Health::ArbitrationFailed(_),
-            } => (*time, *schema, "arbitration failed"),
-            Event::Hung { time, schema, .. } if self.ended => (*time, *schema, ABANDONED_AT_END),
-            Event::Hung { time, schema, .. } => (*time, *schema, "hung"),
-            Event::CallAbandoned { time, schema, .. } => (*time, *schema, CALL_ABANDONED),
-            Event::AbandonedCallReturned { time, schema, .. } => (*time, *schema, CALL_RETURNED),
-            Event::Refused { time, schema, .. } => (*time, *schema, "refused"),
-            Event::Limited { time, schema, .. } => (*time, *schema, "limited"),
-            Event::Overrun { time, schema, .. } => (*time, *schema, "overran"),
-            Event::Reloaded { time, schema, .. } => (*time, *schema, "reloaded"),
-            Event::ReloadRolledBack { time, schema, .. } => (*time, *schema, "went back"),
-            Event::Operator { time, action, .. } => (*time, action.schema(), "operated"),
-            Event::HealthChanged { .. }
-            | Event::Decided(_)
-            | Event::TookOver { .. }
-            | Event::ChatteringStarted { .. }
-            | Event::ChatteringEnded { .. }
-            | Event::StoodStill { .. }
-            | Event::WentOn { .. }
-            | Event::Stalled { .. }
-            | Event::Ended { .. } => return,
-        };
-        self.symptoms.push(Symptom { time, schema, what });
+    }
+
+    /// Returns the schema and the name of a consequence of a fault.
+    fn symptom(&self, what: &What) -> Option<(usize, &'static str)> {
+        match what {
+            What::HealthChanged { schema, health } => match health {
+                Health::Faulted(_) => Some((*schema, "faulted")),
+                Health::ArbitrationFailed(_) => Some((*schema, "arbitration failed")),
+                Health::Ok | Health::Overrun => None,
+            },
+            What::Hung { schema, .. } if self.ended => Some((*schema, ABANDONED_AT_END)),
+            What::Hung { schema, .. } => Some((*schema, "hung")),
+            What::CallAbandoned { schema, .. } => Some((*schema, CALL_ABANDONED)),
+            What::AbandonedCallReturned { schema, .. } => Some((*schema, CALL_RETURNED)),
+            What::Refused { schema, .. } => Some((*schema, "refused")),
+            What::Limited { schema, .. } => Some((*schema, "limited")),
+            What::Overrun { schema, .. } => Some((*schema, "overran")),
+            What::Reloaded { schema, .. } => Some((*schema, "reloaded")),
+            What::ReloadRolledBack { schema, .. } => Some((*schema, "went back")),
+            What::Operator { action, .. } => Some((*action.schema(), "operated")),
+            What::TookOver { .. }
+            | What::ChatteringStarted { .. }
+            | What::ChatteringEnded { .. }
+            | What::StoodStill { .. }
+            | What::WentOn { .. }
+            | What::Stalled { .. }
+            | What::Retracted { .. }
+            | What::Triggered { .. }
+            | What::Ended { .. }
+            | What::Unknown { .. } => None,
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use jde_core::Nanos;
 use jde_records::ResourceUsage;
-use jde_records::event::Event;
+use jde_records::event::What;
 
 use super::{Engine, Signal};
 use crate::instance::AbandonedInstance;
@@ -91,8 +91,7 @@ impl Engine {
             schema = self.name(schema),
             "a call that hangs is left behind; {left} of its calls are, and the process has {process}"
         );
-        self.rules.report(&Event::CallAbandoned {
-            time: self.clock.now(),
+        self.rules.report_now(What::CallAbandoned {
             schema,
             since,
             abandoned: left,
@@ -106,8 +105,7 @@ impl Engine {
         let (schema, since) = (left.number, left.since);
         left.end();
         let left = self.metrics[schema].abandoned_calls.fetch_sub(1, Relaxed) - 1;
-        self.rules.report(&Event::AbandonedCallReturned {
-            time: self.clock.now(),
+        self.rules.report_now(What::AbandonedCallReturned {
             schema,
             since,
             abandoned: left,

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use jde_core::Nanos;
 use jde_loader::{AlignedBytes, Judgement};
-use jde_records::event::Event;
+use jde_records::event::What;
 use jde_records::turn::Turn;
 
 use super::Engine;
@@ -182,8 +182,7 @@ impl Engine {
     }
 
     fn report_limited(&self, commander: usize, description: String) {
-        self.rules.report_now(|time| Event::Limited {
-            time,
+        self.rules.report_now(What::Limited {
             schema: commander,
             description,
         });

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use jde_panel::Gesture;
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{OperatorAction, What};
 
 use super::{Engine, Signal};
 use crate::panels::{DrawingCallback, GestureOutcome, PanelError, PanelViewGuard};
@@ -65,8 +65,7 @@ impl Engine {
             .refused
             .fetch_add(count as u64, Ordering::Relaxed);
         let gestures = if count == 1 { "gesture" } else { "gestures" };
-        self.rules.report(&Event::Refused {
-            time: self.clock.now(),
+        self.rules.report_now(What::Refused {
             schema,
             description: format!(
                 "{count} {gestures} on its panel: it failed or was unloaded before it took them up"

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use jde_loader::LoadedPlugin;
 use jde_loader::build::{self, Build, map_build};
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{OperatorAction, What};
 use jde_records::reload::{BuildName, Replacement};
 
 use super::{Engine, Signal};
@@ -113,8 +113,7 @@ impl Engine {
     /// Reports that a build took over.
     pub(crate) fn report_reload(&self, instance: usize, takeover: &Replacement) {
         tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
-        self.rules.report(&Event::Reloaded {
-            time: self.clock.now(),
+        self.rules.report_now(What::Reloaded {
             schema: instance,
             takeover: takeover.clone(),
         });
@@ -155,8 +154,7 @@ impl Engine {
             schema = self.name(instance),
             "goes on with the build before {build}: {reason}"
         );
-        self.rules.report(&Event::ReloadRolledBack {
-            time: self.clock.now(),
+        self.rules.report_now(What::ReloadRolledBack {
             schema: instance,
             build,
             reason: reason.to_owned(),

@@ -9,7 +9,7 @@ use jde_abi::raw;
 use jde_app::{Application, Binding, ChildTarget};
 use jde_board::Refused;
 use jde_core::{Policy, State};
-use jde_records::event::Event;
+use jde_records::event::What;
 use jde_records::turn::{Moment, Turn};
 
 use super::{Engine, schema};
@@ -273,8 +273,7 @@ impl Engine {
         }
         let what = what();
         tracing::debug!(schema = self.name(instance), "{what}");
-        self.rules.report_now(|time| Event::Refused {
-            time,
+        self.rules.report_now(What::Refused {
             schema: instance,
             description: what,
         });

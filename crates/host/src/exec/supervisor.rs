@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Outcome, What};
 
 use crate::engine::Engine;
 use crate::instance::AbandonedInstance;
@@ -155,11 +155,13 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor)
             "never returned from its last call"
         );
         let time = engine.clock.now();
-        engine.rules.report(&Event::Hung {
+        engine.rules.report(
             time,
-            schema: instance,
-            since: engine.metrics[instance].running_since().unwrap_or(time),
-        });
+            What::Hung {
+                schema: instance,
+                since: engine.metrics[instance].running_since().unwrap_or(time),
+            },
+        );
     }
     engine.builds.close();
 }
@@ -250,11 +252,7 @@ fn detect_hung_judgement(
 /// Reports a hung call of a schema, once.
 fn report_once(engine: &Engine, now: Nanos, schema: usize, since: Nanos, reported: &mut [Option<Nanos>]) {
     if reported[schema].replace(since) != Some(since) {
-        engine.rules.report(&Event::Hung {
-            time: now,
-            schema,
-            since,
-        });
+        engine.rules.report(now, What::Hung { schema, since });
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use jde_abi::describe::Kind;
 use jde_core::{Check, Nanos};
-use jde_records::event::Event;
+use jde_records::event::What;
 use jde_records::turn::{Moment, Turn};
 
 use super::Runner;
@@ -230,8 +230,7 @@ impl Runner {
             self.engine.rules.report_deadline(self.number, healthy);
         }
         if change.is_first {
-            self.engine.rules.report(&Event::Overrun {
-                time: self.engine.clock.now(),
+            self.engine.rules.report_now(What::Overrun {
                 schema: self.number,
                 took,
                 budget: self.budget(),

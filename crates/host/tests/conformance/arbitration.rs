@@ -10,7 +10,7 @@ use jde_abi::raw;
 use jde_app::parse;
 use jde_core::{Decider, Health};
 use jde_host::Options;
-use jde_records::event::Event;
+use jde_records::event::{Event, What};
 use jde_schema::Describe;
 
 use crate::common::{Call, Executor, Io, Scenario, TestApp, in_languages, on_every_executor, plugins, text};
@@ -92,7 +92,7 @@ fn scenario(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send 
 fn overruled(app: &mut TestApp, reason: &str) {
     let left = app.index("left");
     let failed = |event: &Event| {
-        matches!(event, Event::Decided(record)
+        matches!(event, Event::Decision(record)
             if record.decider == Decider::ArbitrationFailed
                 && record.reason.contains(reason)
                 && record.choice.map(|id| id.index()) == Some(left))
@@ -101,7 +101,7 @@ fn overruled(app: &mut TestApp, reason: &str) {
     app.until_line("robot velocity 0.1");
     let father = app.index("father");
     let reported = |event: &Event| {
-        matches!(event, Event::HealthChanged { schema, health: Health::ArbitrationFailed(health), .. }
+        matches!(event.what(), Some(What::HealthChanged { schema, health: Health::ArbitrationFailed(health), .. })
             if *schema == father && health.contains(reason))
     };
     // An event of its own, which may arrive after the selection.
@@ -119,7 +119,7 @@ fn r4_the_fathers_choice_wins_with_its_reason(executor: Executor) {
     let right = app.index("right");
     app.until(|app| {
         app.scenario.has_event(|event| {
-            matches!(event, Event::Decided(record) if record.decider == Decider::Father
+            matches!(event, Event::Decision(record) if record.decider == Decider::Father
                 && record.choice.map(|id| id.index()) == Some(right)
                 && record.reason == "father chose b")
         })
@@ -133,7 +133,7 @@ fn r4_a_father_that_chooses_no_child_brakes(executor: Executor) {
     let scenario = scenario(|_| Ok(()));
     let mut app = TestApp::start(executor, &scenario, &patient_family());
     let no_choice = |event: &Event| {
-        matches!(event, Event::Decided(record) if record.decider == Decider::Father
+        matches!(event, Event::Decision(record) if record.decider == Decider::Father
             && record.choice.is_none() && record.reason == "the scenario chose no child")
     };
     app.until(|app| app.scenario.has_event(no_choice));
@@ -228,11 +228,11 @@ fn r4_a_valid_choice_clears_the_arbitration_failure(executor: Executor) {
     let mut app = TestApp::start(executor, &scenario, &patient_family());
     let failed = |event: &Event| {
         matches!(
-            event,
-            Event::HealthChanged {
+            event.what(),
+            Some(What::HealthChanged {
                 health: Health::ArbitrationFailed(_),
                 ..
-            }
+            })
         )
     };
     app.until(|app| app.scenario.has_event(failed));

@@ -1,6 +1,6 @@
 //! Groups whose winner changes repeatedly (R4).
 
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 
 use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
 
@@ -29,8 +29,8 @@ fn ready(scenario: &Scenario, name: &str) {
 
 fn chattering(event: &Event) -> bool {
     matches!(
-        event,
-        Event::ChatteringStarted { .. } | Event::ChatteringEnded { .. }
+        event.what(),
+        Some(What::ChatteringStarted { .. } | What::ChatteringEnded { .. })
     )
 }
 
@@ -50,22 +50,29 @@ fn r4_chattering_is_reported_at_its_start_and_at_its_end(executor: Executor) {
     app.until(|app| app.group("roots").chatter.is_some());
     let (high, low) = (app.index("high"), app.index("low"));
     app.until(|app| app.group("roots").chatter.is_none());
-    let switch = |event: &Event| matches!(event, Event::Decided(record) if record.changed);
+    let switch = |event: &Event| matches!(event, Event::Decision(record) if record.changed);
     let all = scenario.count_events(switch) as u64;
     let reported: Vec<_> = scenario.events().into_iter().filter(chattering).collect();
     let [
-        Event::ChatteringStarted {
+        Event::Other(Occurrence {
+            what:
+                What::ChatteringStarted {
+                    group: 0,
+                    between,
+                    switches: 5,
+                },
             time: since,
-            group: 0,
-            between,
-            switches: 5,
-        },
-        Event::ChatteringEnded {
-            group: 0,
-            since: started,
-            switches,
+        }),
+        Event::Other(Occurrence {
+            what:
+                What::ChatteringEnded {
+                    group: 0,
+                    since: started,
+                    switches,
+                    ..
+                },
             ..
-        },
+        }),
     ] = reported.as_slice()
     else {
         panic!("{reported:?}");

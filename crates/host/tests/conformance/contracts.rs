@@ -7,7 +7,7 @@ use jde_core::{GroupContract, Nanos, contract};
 use jde_host::Options;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 use jde_schema::prelude::*;
 
 use crate::common::{Call, Executor, Io, MS, Scenario, TEST, TestApp, in_real_time, on_every_executor};
@@ -190,13 +190,16 @@ fn run_with_extra(
 /// late.
 fn takeovers(scenario: &Scenario, contract: &GroupContract) -> Vec<(Nanos, Nanos)> {
     let took = scenario.events().into_iter().filter_map(|event| match event {
-        Event::TookOver {
-            group: 1,
+        Event::Other(Occurrence {
             time,
-            latency,
-            allowed,
-            ..
-        } => {
+            what:
+                What::TookOver {
+                    group: 1,
+                    latency,
+                    allowed,
+                    ..
+                },
+        }) => {
             assert_eq!(allowed, contract.allowed());
             Some((time, latency))
         }

@@ -6,7 +6,7 @@ use jde_app::parse;
 use jde_core::Health;
 use jde_host::Options;
 use jde_loader::SearchPath;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome, What};
 
 use crate::common::{Executor, Scenario, TestApp, c, on_every_executor, plugins_with, text};
 
@@ -40,7 +40,7 @@ fn what_is_no_exception_is_a_fault_in_each_call(executor: Executor) {
             format!("panicked in {call}: ")
         };
         let expected = panicked + "it threw what is no std::exception";
-        let is_fault = |event: &Event| matches!(event, Event::HealthChanged { health: Health::Faulted(reason), .. } if *reason == expected);
+        let is_fault = |event: &Event| matches!(event.what(), Some(What::HealthChanged { health: Health::Faulted(reason), .. }) if *reason == expected);
         app.until(|app| app.scenario.has_event(is_fault));
         // The destructor throws too.
         assert_eq!(app.stop(), Outcome::Stopped);

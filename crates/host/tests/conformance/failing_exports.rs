@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 use jde_host::SensorFault;
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{OperatorAction, What};
 
 use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
 
@@ -101,7 +101,7 @@ fn r14_a_silent_export_has_no_value_until_it_is_repaired(executor: Executor) {
     read_more(&mut app, &seen);
     let reported = |expected: &dyn Fn(&OperatorAction) -> bool| {
         app.scenario.has_event(|event| {
-            matches!(event, Event::Operator { by, action, .. } if by == "ana@laptop" && expected(action))
+            matches!(event.what(), Some(What::Operator { by, action, .. }) if by == "ana@laptop" && expected(action))
         })
     };
     assert!(reported(

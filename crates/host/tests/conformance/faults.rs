@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::{Health, State};
 use jde_host::{Options, StartError};
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Occurrence, Outcome, StateChange, What};
 
 use crate::common::{Call, Executor, LIVE, Language, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -90,11 +90,15 @@ fn faults(app: &TestApp, name: &str) -> Vec<String> {
     let index = app.index(name);
     let events = app.scenario.events().into_iter();
     let reasons = events.filter_map(|event| match event {
-        Event::HealthChanged {
-            schema,
-            health: Health::Faulted(reason),
+        Event::Other(Occurrence {
+            what:
+                What::HealthChanged {
+                    schema,
+                    health: Health::Faulted(reason),
+                    ..
+                },
             ..
-        } if schema == index => Some(reason),
+        }) if schema == index => Some(reason),
         _ => None,
     });
     reasons.collect()
@@ -217,15 +221,15 @@ fn a_faulted_winner_is_replaced_at_once_and_its_commands_end(executor: Executor)
     let events = scenario.events();
     let position = |expected: &dyn Fn(&Event) -> bool| events.iter().position(expected).expect("it occurred");
     let fault = position(
-        &|event| matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == high),
+        &|event| matches!(event.what(), Some(What::HealthChanged { schema, health: Health::Faulted(_), .. }) if *schema == high),
     );
     // The level has selected again within the same transaction: no event of `high` comes between.
     let asleep = position(
-        &|event| matches!(event, Event::StateChanged { schema, to: State::Slept, .. } if *schema == high),
+        &|event| matches!(event, Event::State(StateChange { schema, to: State::Slept, .. }) if *schema == high),
     );
     assert_eq!(asleep, fault + 1);
     let next = events[asleep..].iter().find_map(|event| match event {
-        Event::Decided(record) => Some(record.clone()),
+        Event::Decision(record) => Some(record.clone()),
         _ => None,
     });
     let next = next.expect("a selection");
@@ -378,9 +382,9 @@ fn a_driver_that_cannot_start_ends_the_application(executor: Executor) {
     let is_expected = matches!(&outcome, Outcome::Broken(reason)
         if reason.starts_with("driver `robot` could not start: ") && reason.contains("no cable"));
     assert!(is_expected, "{outcome:?}");
-    assert!(
-        scenario.has_event(|event| matches!(event, Event::Ended { outcome: ended, .. } if *ended == outcome))
-    );
+    assert!(scenario.has_event(
+        |event| matches!(event.what(), Some(What::Ended { outcome: ended, .. }) if *ended == outcome)
+    ));
 }
 
 fn a_driver_that_worked_before_is_restarted(executor: Executor) {

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use jde_core::Health;
 use jde_host::{Options, PanelError, PanelViewGuard};
 use jde_panel::{Button, Touch};
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::What;
 use jde_records::{RecordBuilder, RunRecord};
 
 use crate::common::{Call, Executor, Language, MS, Scenario, TestApp, in_languages, on_every_executor};
@@ -110,12 +110,13 @@ fn r14_a_gesture_is_reported_as_an_operator_action(executor: Executor) {
     touch(&app, "field", clicked).expect("the queue has room");
     app.until_line("ana@laptop clicked `field` of motor at (1.20, 3.40)");
     let count = |expected: &str| {
-        app.scenario.count_events(|event| match event {
-            Event::Operator { by, action, .. } => {
-                matches!(action, OperatorAction::Touch { number: 1, .. })
-                    && format!("{by} {}", action.description("motor")) == expected
-            }
-            _ => false,
+        app.scenario.count_events(|event| {
+            let what = event.what();
+            let by = what.and_then(What::by).unwrap_or_default();
+            let gesture = what.and_then(What::gesture);
+            gesture.is_some_and(|(number, gesture)| {
+                number == 1 && format!("{by} {}", gesture.words("motor")) == expected
+            })
         })
     };
     assert_eq!(count("ana@laptop clicked `field` of motor at (1.20, 3.40)"), 1);
@@ -191,7 +192,7 @@ fn drags_of_one_widget_are_merged_into_the_newest(executor: Executor) {
             .events()
             .into_iter()
             .flat_map(|event| builder.process(&event));
-        let touched = |line: &RunRecord| matches!(line, RunRecord::Event(record) if record.touched.is_some());
+        let touched = |line: &RunRecord| line.what().is_some_and(|what| what.gesture().is_some());
         lines.filter(touched).collect()
     };
     let application = app.handle.application();
@@ -268,7 +269,7 @@ fn only_widgets_that_a_panel_shows_can_be_touched(executor: Executor) {
 fn gestures_for_an_instance_that_ended_are_reported_as_refused(executor: Executor) {
     let refused = |scenario: &Scenario, text: &str| {
         scenario.has_event(
-            |event| matches!(event, Event::Refused { description, .. } if description.starts_with(text)),
+            |event| matches!(event.what(), Some(What::Refused { description, .. }) if description.starts_with(text)),
         )
     };
     let unloads = |app: &TestApp| {
@@ -343,7 +344,7 @@ fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
         // An event may follow its snapshot a moment later.
         app.until(|_| {
             scenario.has_event(
-                |event| matches!(event, Event::HealthChanged { health: Health::Faulted(actual), .. } if is_reason(actual)),
+                |event| matches!(event.what(), Some(What::HealthChanged { health: Health::Faulted(actual), .. }) if is_reason(actual)),
             )
         });
         app.stop();

@@ -7,7 +7,7 @@ use jde_app::parse;
 use jde_core::{Cause, State};
 use jde_host::Options;
 use jde_loader::SearchPath;
-use jde_records::event::Event;
+use jde_records::event::{Event, What};
 use jde_records::{Decision, DecisionTracker};
 
 use crate::common::{
@@ -155,7 +155,7 @@ fn r18_a_father_that_wakes_its_child_anew_ends_no_refusal(executor: Executor) {
     app.until(|app| app.scenario.count("father iterate") > before + 10);
     let refused = app
         .scenario
-        .count_events(|event| matches!(event, Event::Refused { .. }));
+        .count_events(|event| matches!(event.what(), Some(What::Refused { .. })));
     assert_eq!(refused, 1, "it tried again before its retry");
     app.stop();
 }
@@ -172,7 +172,7 @@ fn r18_without_a_state_every_command_is_refused(executor: Executor) {
 fn r18_a_judgement_that_panics_refuses(executor: Executor) {
     let (scenario, _, mut app) = start(executor, Some(f64::NAN), false);
     let panicked = |event: &Event| {
-        matches!(event, Event::Refused { description, .. }
+        matches!(event.what(), Some(What::Refused { description, .. })
             if description.contains("the judgement failed: ") && description.contains("a limit is a number"))
     };
     app.until(|app| app.scenario.has_event(panicked));
@@ -189,7 +189,7 @@ fn r18_a_command_in_force_ends_when_its_guard_refuses_it(executor: Executor) {
     *limit.lock().unwrap() = Some(0.2);
     app.until_line("robot velocity 0");
     let refused =
-        |event: &Event| matches!(event, Event::Decided(record) if matches!(record.cause, Cause::Refused(_)));
+        |event: &Event| matches!(event, Event::Decision(record) if matches!(record.cause, Cause::Refused(_)));
     app.until(|app| app.scenario.has_event(refused));
     app.stop();
 }
@@ -201,7 +201,7 @@ fn r18_a_guard_that_does_not_run_refuses_everything(executor: Executor) {
         .hold_asleep(app.index("eye"))
         .expect("the guard stops");
     app.until_line("robot velocity 0");
-    let ended = |event: &Event| matches!(event, Event::Refused { description, .. } if description.contains("the guard has no state"));
+    let ended = |event: &Event| matches!(event.what(), Some(What::Refused { description, .. }) if description.contains("the guard has no state"));
     app.until(|app| app.scenario.has_event(ended));
     assert_eq!(app.schema("eye").state, State::Slept);
     app.stop();
@@ -234,14 +234,14 @@ fn r18_a_guard_in_c_judges_as_one_in_rust_does(executor: Executor) {
     let mut app = TestApp::run(executor, &scenario, application, &plugins, Options::default())
         .unwrap_or_else(|error| panic!("{error}"));
     app.until_line("robot velocity 0.1");
-    let refused = |event: &Event| matches!(event, Event::Refused { description, .. } if description.ends_with("by the guard `eye`: at most 0.2 m/s"));
+    let refused = |event: &Event| matches!(event.what(), Some(What::Refused { description, .. }) if description.ends_with("by the guard `eye`: at most 0.2 m/s"));
     app.until(|app| app.scenario.has_event(refused));
     app.stop();
     assert!(!scenario.has_line("robot velocity 0.5"));
 }
 
 fn limited(event: &Event) -> bool {
-    matches!(event, Event::Limited { description, .. }
+    matches!(event.what(), Some(What::Limited { description, .. })
         if description == "command limited by the guard `eye`: 0.5 m/s, and at most 0.35 m/s are safe")
 }
 
@@ -290,7 +290,7 @@ fn r18_a_command_of_zero_is_judged(executor: Executor) {
     guarded(&scenario, Some(-0.5));
     scenario.drives("high", &Arc::new(true.into()), 0.0);
     let mut app = TestApp::start(executor, &scenario, TWO);
-    let zero = |event: &Event| matches!(event, Event::Refused { description, .. } if description.contains(": 0 m/s"));
+    let zero = |event: &Event| matches!(event.what(), Some(What::Refused { description, .. }) if description.contains(": 0 m/s"));
     app.until(|app| app.scenario.has_event(zero));
     app.stop();
 }
@@ -305,7 +305,7 @@ fn r7_no_command_exceeds_the_limits_of_its_driver(executor: Executor) {
     );
     let mut app = TestApp::start(executor, &scenario, &text);
     app.until_line("robot velocity 0.45");
-    let said = |event: &Event| matches!(event, Event::Limited { description, .. } if description == "command limited by `robot.velocity_limits`");
+    let said = |event: &Event| matches!(event.what(), Some(What::Limited { description, .. }) if description == "command limited by `robot.velocity_limits`");
     app.until(|app| app.scenario.has_event(said));
     app.stop();
 }
@@ -317,7 +317,7 @@ fn r18_a_longer_period_of_the_guard_does_not_lengthen_its_state(executor: Execut
         .set_period(app.index("eye"), 20_000 * MS)
         .expect("the period changes");
     app.until_line("robot velocity 0");
-    let old = |event: &Event| matches!(event, Event::Refused { description, .. } if description.contains("the state of the guard is"));
+    let old = |event: &Event| matches!(event.what(), Some(What::Refused { description, .. }) if description.contains("the state of the guard is"));
     app.until(|app| app.scenario.has_event(old));
     app.stop();
 }

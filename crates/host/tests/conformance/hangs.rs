@@ -6,7 +6,7 @@
 use std::sync::{Arc, Mutex, mpsc};
 
 use jde_core::{Health, State};
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome, What};
 
 use crate::common::{Call, Executor, Language, Scenario, TestApp, in_languages, in_real_time};
 
@@ -57,7 +57,7 @@ pub(crate) fn blocker() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
 }
 
 pub(crate) fn hung(event: &Event, index: usize) -> bool {
-    matches!(event, Event::Hung { schema, .. } if *schema == index)
+    matches!(event.what(), Some(What::Hung { schema, .. }) if *schema == index)
 }
 
 fn r1_a_loser_that_hangs_loses_its_authority_after_patience(executor: Executor) {
@@ -89,7 +89,10 @@ fn r1_a_loser_that_hangs_loses_its_authority_after_patience(executor: Executor) 
     app.until_line("low returned Refused");
     assert!(app.schema("low").refused > 0);
     let low = app.index("low");
-    assert!(scenario.has_event(|event| matches!(event, Event::Refused { schema, .. } if *schema == low)));
+    assert!(
+        scenario
+            .has_event(|event| matches!(event.what(), Some(What::Refused { schema, .. }) if *schema == low))
+    );
     assert!(!scenario.has_line("robot velocity 9.9"));
     app.stop();
 }
@@ -166,7 +169,7 @@ fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs
     app.until_line("robot velocity 0.2");
     assert!(scenario.has_event(|event| hung(event, low)));
     assert!(scenario.has_event(
-        |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, retained_bytes, process, .. }
+        |event| matches!(event.what(), Some(What::CallAbandoned { schema, abandoned: 1, retained_bytes, process, .. })
         if *schema == low && *retained_bytes > 0 && process.files > 0)
     ));
     app.until(|app| app.schema("low").health == Health::Ok);
@@ -179,7 +182,7 @@ fn a_schema_that_hangs_wins_again_in_a_fresh_instance_while_its_call_still_hangs
     app.until(|app| app.schema("low").left == 0);
     app.until(|app| {
         let returned =
-            |event: &Event| matches!(event, Event::AbandonedCallReturned { schema, abandoned: 0, .. } if *schema == low);
+            |event: &Event| matches!(event.what(), Some(What::AbandonedCallReturned { schema, abandoned: 0, .. }) if *schema == low);
         app.scenario.has_event(returned)
     });
     assert_eq!(

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use jde_core::Health;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Occurrence, Outcome, What};
 
 use super::hangs::{PAIR, blocker, hung};
 use crate::common::{Call, Executor, Scenario, TEST, TestApp, in_real_time};
@@ -46,7 +46,7 @@ fn an_instance_that_hangs_in_drop_is_abandoned_and_its_successor_wins(executor: 
     let low = app.index("low");
     app.until_line("robot velocity 0.2");
     assert!(scenario.has_event(
-        |event| matches!(event, Event::CallAbandoned { schema, abandoned: 1, .. } if *schema == low)
+        |event| matches!(event.what(), Some(What::CallAbandoned { schema, abandoned: 1, .. }) if *schema == low)
     ));
     app.until(|app| app.schema("low").health == Health::Ok);
     assert_eq!(app.schema("low").left, 1);
@@ -85,10 +85,13 @@ fn the_application_ends_although_a_call_never_returns(executor: Executor) {
     );
     assert!(matches!(
         scenario.events().last(),
-        Some(Event::Ended {
-            outcome: Outcome::Stopped,
+        Some(Event::Other(Occurrence {
+            what: What::Ended {
+                outcome: Outcome::Stopped,
+                ..
+            },
             ..
-        })
+        }))
     ));
     let lines = scenario.lines();
     for ended in [

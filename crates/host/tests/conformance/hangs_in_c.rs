@@ -9,7 +9,7 @@ use jde_app::parse;
 use jde_core::{Health, SchemaId, State};
 use jde_host::Options;
 use jde_loader::SearchPath;
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 
 use crate::common::{Call, Executor, Scenario, TestApp, c, in_real_time, plugins_with, text};
 
@@ -101,15 +101,16 @@ fn all_requests_of_an_abandoned_call_are_refused(executor: Executor) {
     });
     let events = scenario.events();
     let faulted = events.iter().find_map(|event| match event {
-        Event::HealthChanged { time, schema, health } if *schema == hanging => {
-            matches!(health, Health::Faulted(_)).then_some(*time)
-        }
+        Event::Other(Occurrence {
+            time,
+            what: What::HealthChanged { schema, health },
+        }) if *schema == hanging => matches!(health, Health::Faulted(_)).then_some(*time),
         _ => None,
     });
     let low = Some(app.index("low"));
     assert!(faulted.is_some());
     assert!(events.iter().any(|event| match event {
-        Event::Decided(record) => {
+        Event::Decision(record) => {
             Some(record.time) == faulted && record.changed && record.choice.map(SchemaId::index) == low
         }
         _ => false,

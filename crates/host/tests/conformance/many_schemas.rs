@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::Nanos;
 use jde_host::{Handle, Options};
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 use jde_types::Twist;
 
 use crate::common::{Call, Executor, Io, MS, Scenario, TestApp, in_real_time};
@@ -117,7 +117,10 @@ fn others_are_in_time(
     let others = ["low", "robot"].map(|other| handle.schema_indices(other)[0]);
     // After the end no thread waits for the counted time.
     let late = scenario.count_events(|event| match event {
-        Event::Overrun { time, schema, .. } => *time < RUN && others.contains(schema),
+        Event::Other(Occurrence {
+            time,
+            what: What::Overrun { schema, .. },
+        }) => *time < RUN && others.contains(schema),
         _ => false,
     });
     assert_eq!(late, 0, "{count} that {what}, longest cycle {longest:?} ns");
@@ -178,7 +181,10 @@ fn hang_in_each_call(executor: Executor, count: usize) {
         let (scenario, handle) = others_are_in_time(executor, what, (count, arbitrates, keys), act);
         let named = |schema: usize| &handle.application().instances[schema].name;
         let abandoned = scenario.count_events(|event| match event {
-            Event::CallAbandoned { schema, .. } => named(*schema).starts_with("many-"),
+            Event::Other(Occurrence {
+                what: What::CallAbandoned { schema, .. },
+                ..
+            }) => named(*schema).starts_with("many-"),
             _ => false,
         });
         assert_eq!(abandoned, count, "all {what}");
@@ -266,7 +272,7 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
     app.until_line("robot sleep");
     app.until_line("low sleep");
     assert_eq!(inside.load(SeqCst), MANY, "all are inside");
-    assert!(!scenario.has_event(|event| matches!(event, Event::CallAbandoned { .. })));
+    assert!(!scenario.has_event(|event| matches!(event.what(), Some(What::CallAbandoned { .. }))));
     drop(release);
     app.stop();
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::OperatorHandle;
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{Event, Occurrence, OperatorAction, What};
 use jde_records::snapshot::SchemaView;
 use jde_types::Twist;
 
@@ -75,13 +75,7 @@ fn r14_a_schema_that_is_stopped_sleeps_until_it_is_released(executor: Executor) 
         (view.state, hold_text(&view).as_deref()),
         (State::Slept, Some("stopped by ana@laptop"))
     );
-    assert!(app.scenario.has_event(|event| matches!(
-        event,
-        Event::Operator {
-            by,
-            action: OperatorAction::Hierarchy(_),
-            ..
-        } if by == "ana@laptop"
+    assert!(app.scenario.has_event(|event| matches!(event.what(), Some(What::Operator { by, action: OperatorAction::Stop { .. }, .. }) if by == "ana@laptop"
     )));
     let before = app.scenario.count("high iterate");
     app.operator().release(high).expect("it can be released");
@@ -109,7 +103,7 @@ fn r14_a_father_may_wake_a_child_that_is_stopped(executor: Executor) {
     assert_eq!(app.schema("father").refused, 0);
     assert!(
         !app.scenario
-            .has_event(|event| matches!(event, Event::Refused { .. }))
+            .has_event(|event| matches!(event.what(), Some(What::Refused { .. })))
     );
     let before = app.scenario.count("left iterate");
     app.operator().release(left).expect("it can be released");
@@ -161,7 +155,7 @@ fn r14_a_release_restores_the_period(executor: Executor) {
         Some("re-timed by ana@laptop")
     );
     assert!(app.scenario.has_event(
-        |event| matches!(event, Event::Operator { action: OperatorAction::Period { period, .. }, .. }
+        |event| matches!(event.what(), Some(What::Operator { action: OperatorAction::Period { period, .. }, .. })
         if *period == 2 * MS)
     ));
     app.operator().release(father).expect("it can be released");
@@ -228,7 +222,7 @@ fn r14_a_release_undoes_nothing_of_other_operators(executor: Executor) {
     assert_eq!(current(&app).as_deref(), Some("stopped by bob@base"));
     let count_actions = |app: &TestApp, operator: &str| {
         app.scenario
-            .count_events(|event| matches!(event, Event::Operator { by, .. } if by == operator))
+            .count_events(|event| matches!(event.what(), Some(What::Operator { by, .. }) if by == operator))
     };
     assert_eq!(count_actions(&app, "ana@laptop"), 2);
     ana.release_own(high)
@@ -365,7 +359,10 @@ fn r14_a_stop_names_the_awake_schemas_that_lose_a_value(executor: Executor) {
     let again = app.operator().stop(eye, false);
     assert_eq!(again.as_deref(), Ok(""), "it is lost already");
     let lost = |event: &Event| match event {
-        Event::Operator { losses, .. } => losses.iter().any(|loss| loss.reader == high),
+        Event::Other(Occurrence {
+            what: What::Operator { losses, .. },
+            ..
+        }) => losses.iter().any(|loss| loss.reader == high),
         _ => false,
     };
     assert_eq!(app.scenario.count_events(lost), 1);

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use jde_core::Health;
-use jde_records::event::Event;
+use jde_records::event::What;
 
 use crate::common::{Call, Executor, Io, MS, Scenario, TestApp, in_real_time};
 use crate::gestures::{blocked_in_draw, release};
@@ -77,10 +77,10 @@ fn a_panel_that_hangs_faults_its_schema(executor: Executor) {
     let (mut app, viewer, blocked) = blocked_in_draw(executor, &scenario);
     app.until(|app| app.schema("motor").faults == 1);
     // An event may follow its snapshot a moment later.
-    app.until(|_| scenario.has_event(|event| matches!(event, Event::Hung { .. })));
+    app.until(|_| scenario.has_event(|event| matches!(event.what(), Some(What::Hung { .. }))));
     app.until(|_| {
         scenario.has_event(
-            |event| matches!(event, Event::HealthChanged { health: Health::Faulted(reason), .. } if reason.contains("has not returned"))
+            |event| matches!(event.what(), Some(What::HealthChanged { health: Health::Faulted(reason), .. }) if reason.contains("has not returned"))
         )
     });
     release(&scenario, &blocked);
@@ -113,7 +113,9 @@ fn r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown(executor: Exec
         "it lasts until a drawing is in time"
     );
     let least = SLOW.as_nanos() as u64;
-    app.until(|_| scenario.has_event(|event| matches!(event, Event::Overrun { took, .. } if *took >= least)));
+    app.until(|_| {
+        scenario.has_event(|event| matches!(event.what(), Some(What::Overrun { took, .. }) if *took >= least))
+    });
     slow.store(false, Ordering::SeqCst);
     until_shown(&mut app, "motor", "ok");
     app.until(|app| app.schema("motor").health == Health::Ok);

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use jde_board::Variable;
 use jde_core::{Case, State};
 use jde_host::Options;
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, StateChange, What};
 
 use crate::common::{Call, Executor, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -89,11 +89,11 @@ struct Winners {
 impl Observer for Winners {
     fn on_event(&mut self, event: &Event) {
         if let (
-            Event::StateChanged {
+            Event::State(StateChange {
                 schema,
                 to: State::Winner,
                 ..
-            },
+            }),
             Some(variable),
         ) = (event, self.variable.get())
         {
@@ -169,7 +169,7 @@ fn r3_a_single_ready_schema_wins_without_arbitration(executor: Executor) {
     app.until_line("robot velocity 0.1");
     assert_eq!(app.winner("roots").as_deref(), Some("low"));
     let low = app.index("low");
-    assert!(scenario.has_event(|event| matches!(event, Event::Decided(record)
+    assert!(scenario.has_event(|event| matches!(event, Event::Decision(record)
         if record.case == Case::Alone && record.choice.map(|id| id.index()) == Some(low))));
     assert!(!scenario.has_line("high iterate"));
     app.stop();
@@ -182,7 +182,7 @@ fn r3_r13_the_first_root_wins_a_collision(executor: Executor) {
     let mut app = TestApp::start(executor, &scenario, PAIR);
     app.until(|app| {
         app.scenario
-            .has_event(|event| matches!(event, Event::Decided(record) if record.case == Case::Collision))
+            .has_event(|event| matches!(event, Event::Decision(record) if record.case == Case::Collision))
     });
     app.until_line("robot velocity 0.3");
     assert_eq!(app.winner("roots").as_deref(), Some("high"));
@@ -340,7 +340,7 @@ fn r7_a_command_outside_authority_is_refused_and_counted(executor: Executor) {
     let low = app.index("low");
     let events = scenario.events();
     let reported = events.iter().filter(|event| {
-        matches!(event, Event::Refused { schema, description, .. }
+        matches!(event.what(), Some(What::Refused { schema, description, .. })
         if *schema == low && description.starts_with("command `base` refused: "))
     });
     assert_eq!(reported.count(), 1, "a series of refusals is reported once");
@@ -370,7 +370,7 @@ fn r7_a_father_without_authority_wakes_no_child(executor: Executor) {
     let events = scenario.events();
     let reported = events
         .iter()
-        .filter(|event| matches!(event, Event::Refused { schema, .. } if *schema == father));
+        .filter(|event| matches!(event.what(), Some(What::Refused { schema, .. }) if *schema == father));
     assert_eq!(reported.count(), 1, "a series of refusals is reported once");
     app.stop();
 }

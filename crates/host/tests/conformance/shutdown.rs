@@ -7,7 +7,7 @@ use std::sync::Arc;
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::Options;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Occurrence, Outcome, What};
 
 use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
@@ -103,10 +103,13 @@ fn stop_ends_in_order(executor: Executor) {
     assert_ended_in_order(&scenario);
     assert!(matches!(
         scenario.events().last(),
-        Some(Event::Ended {
-            outcome: Outcome::Stopped,
+        Some(Event::Other(Occurrence {
+            what: What::Ended {
+                outcome: Outcome::Stopped,
+                ..
+            },
             ..
-        })
+        }))
     ));
 }
 
@@ -211,7 +214,7 @@ fn an_observer_that_panics_ends_the_application_with_actuators_stopped(executor:
     let scenario = Scenario::new();
     let mut first = true;
     let panics = move |event: &Event| {
-        if matches!(event, Event::Refused { .. }) && std::mem::take(&mut first) {
+        if matches!(event.what(), Some(What::Refused { .. })) && std::mem::take(&mut first) {
             // Without the output of the panic hook.
             std::panic::resume_unwind(Box::new("a panic of the observer"));
         }
@@ -269,7 +272,7 @@ fn the_end_waits_for_a_schema_that_is_going_to_sleep(executor: Executor) {
     assert_eq!(app.stop(), Outcome::Stopped);
     assert!(scenario.first("grandchild sleeps now") < scenario.first("father sleep"));
     assert_eq!(scenario.count("grandchild drop"), 1);
-    assert!(!scenario.has_event(|event| matches!(event, Event::Hung { .. })));
+    assert!(!scenario.has_event(|event| matches!(event.what(), Some(What::Hung { .. }))));
 }
 
 fn r7_no_schema_gains_authority_while_the_application_ends(executor: Executor) {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 
 use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
@@ -129,16 +129,16 @@ fn overruns_are_counted_and_reported_until_a_call_is_in_time(executor: Executor)
     let low = app.index("low");
     app.until(|app| app.schema("low").overruns > 2);
     let overrun = |event: &Event| {
-        matches!(event, Event::Overrun { schema, took, budget, .. }
+        matches!(event.what(), Some(What::Overrun { schema, took, budget, .. })
             if *schema == low && *took > *budget && *budget == 10 * MS)
     };
     assert!(scenario.has_event(overrun));
     assert!(scenario.has_event(|event| matches!(
-        event,
-        Event::HealthChanged {
+        event.what(),
+        Some(What::HealthChanged {
             health: Health::Overrun,
             ..
-        }
+        })
     )));
     slow.store(false, SeqCst);
     app.until(|app| app.schema("low").health == Health::Ok);
@@ -392,12 +392,16 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
     let contract = (2 * 10 + 10 + 5 + 10) * MS;
     let high = app.index("high");
     let took = |event: &Event| match event {
-        Event::TookOver {
-            schema,
-            latency,
-            allowed,
+        Event::Other(Occurrence {
+            what:
+                What::TookOver {
+                    schema,
+                    latency,
+                    allowed,
+                    ..
+                },
             ..
-        } if *schema == high => Some((*latency, *allowed)),
+        }) if *schema == high => Some((*latency, *allowed)),
         _ => None,
     };
     let (latency, allowed) = scenario.events().iter().find_map(took).expect("`high` took over");
@@ -449,7 +453,7 @@ fn r17_a_takeover_beyond_its_contract_is_reported_as_late(executor: Executor) {
     drop(release);
     let high = app.index("high");
     let late = |event: &Event| {
-        matches!(event, Event::TookOver { group: 0, schema, latency, allowed, .. }
+        matches!(event.what(), Some(What::TookOver { group: 0, schema, latency, allowed, .. })
             if *schema == high && *allowed == contract && latency > allowed)
     };
     app.until(|app| app.scenario.has_event(late));

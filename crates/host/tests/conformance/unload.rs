@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 use jde_board::value::Value;
 use jde_core::State;
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{Event, Occurrence, OperatorAction, What};
 use jde_records::snapshot::HoldKind;
 
 use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
@@ -105,8 +105,7 @@ fn r14_an_unloaded_schema_ends_and_a_load_creates_a_fresh_instance(executor: Exe
         OperatorAction::Unload { schema: high },
         OperatorAction::Load { schema: high },
     ] {
-        let performed =
-            |event: &Event| matches!(event, Event::Operator { action, .. } if *action == expected);
+        let performed = |event: &Event| matches!(event.what(), Some(What::Operator { action, .. }) if *action == expected);
         assert_eq!(app.scenario.count_events(performed), 1, "{expected:?}");
     }
     app.stop();
@@ -163,7 +162,10 @@ fn r14_a_schema_that_an_awake_schema_needs_is_unloaded_and_its_readers_are_named
     let losses = operator.stop(eye, true).expect("it is allowed");
     assert_eq!(losses, "high loses its input");
     let lost = |event: &Event| match event {
-        Event::Operator { action, losses, .. } => {
+        Event::Other(Occurrence {
+            what: What::Operator { action, losses, .. },
+            ..
+        }) => {
             let imports = losses.iter().map(|loss| (loss.reader, loss.import.as_str()));
             *action == OperatorAction::Unload { schema: eye } && imports.eq([(high, "input")])
         }

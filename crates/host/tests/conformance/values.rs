@@ -8,7 +8,7 @@ use jde_board::value::Value;
 use jde_core::State;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 
 use crate::common::{Call, Executor, MS, Scenario, TEST, TestApp, in_languages, on_every_executor};
 
@@ -125,7 +125,7 @@ fn r9_a_held_command_stays_in_force_for_its_time_and_then_brakes(executor: Execu
     app.until_line("robot velocity 0");
     app.stop();
     let lost = scenario.events().iter().find_map(|event| match event {
-        Event::Decided(record) if record.changed && record.choice.is_none() => Some(record.time),
+        Event::Decision(record) if record.changed && record.choice.is_none() => Some(record.time),
         _ => None,
     });
     let lost = lost.expect("the group lost its winner");
@@ -156,7 +156,7 @@ fn r9_an_expired_command_is_not_held(executor: Executor) {
     // After 200 ms, the validity of 50 ms has expired and the arm has stopped.
     app.until(|app| app.handle.now() > 200 * MS && app.scenario.count("low iterate") > 3);
     ready.store(false, SeqCst);
-    let held = |event: &Event| matches!(event, Event::Decided(record) if record.reason.contains("hold the last command"));
+    let held = |event: &Event| matches!(event, Event::Decision(record) if record.reason.contains("hold the last command"));
     app.until(|app| app.scenario.has_event(held));
     let seen = scenario.count("robot reach 0.1");
     let before = scenario.count("robot iterate");
@@ -236,7 +236,10 @@ fn r7_a_command_that_is_not_finite_is_refused_and_the_previous_one_expires(execu
     let refusals: Vec<_> = events
         .iter()
         .filter_map(|event| match event {
-            Event::Refused { description, .. } => Some(description.as_str()),
+            Event::Other(Occurrence {
+                what: What::Refused { description, .. },
+                ..
+            }) => Some(description.as_str()),
             _ => None,
         })
         .collect();

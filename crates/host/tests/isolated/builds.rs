@@ -7,7 +7,7 @@ use std::process::Command;
 use jde_core::{Health, State};
 use jde_host::reload::ReloadOptions;
 use jde_loader::{LoadedPlugin, SearchPath};
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome, What};
 use jde_records::reload::{CarriedMemory, Replacement};
 use tempfile::TempDir;
 
@@ -106,7 +106,7 @@ impl Fixture {
     fn faults(&self) -> usize {
         let high = self.isolated.app.index("high");
         self.isolated.app.scenario.count_events(|event| {
-            matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == high)
+            matches!(event.what(), Some(What::HealthChanged { schema, health: Health::Faulted(_), .. }) if *schema == high)
         })
     }
 }
@@ -194,7 +194,7 @@ fn a_crash_on_trial_restores_the_previous_build_without_a_fault(executor: Execut
             3000,
         )
         .expect("the crash follows in the third turn");
-    let rolled_back = |event: &Event| matches!(event, Event::ReloadRolledBack { reason, .. } if reason.starts_with("its process was killed by SIGSEGV"));
+    let rolled_back = |event: &Event| matches!(event.what(), Some(What::ReloadRolledBack { reason, .. }) if reason.starts_with("its process was killed by SIGSEGV"));
     fixture
         .isolated
         .app

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use jde_core::{Health, State};
 use jde_isolation::launch::receive_files;
 use jde_isolation::wire::{Frame, FrameKind, Wire};
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Outcome, What};
 
 use crate::common::{Executor, Scenario, on_every_executor};
 use crate::faulty;
@@ -95,7 +95,7 @@ fn a_restarted_schema_has_a_fresh_process_and_finds_its_bindings(executor: Execu
     isolated.until_at(0.3);
     assert_ne!(isolated.process(), first);
     let reported = scenario.count_events(
-        |event| matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == high),
+        |event| matches!(event.what(), Some(What::HealthChanged { schema, health: Health::Faulted(_), .. }) if *schema == high),
     );
     let faults = isolated.app.schema("high").faults;
     assert!(

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Outcome, What};
 
 use crate::common::{Executor, Scenario, TestApp, in_real_time};
 use crate::crashes::{PAIR, scenario, with_restarts};
@@ -84,6 +84,6 @@ fn a_process_that_hangs_is_killed_and_no_thread_is_lost(executor: Executor) {
     let failed = isolated.app.schema("high").faults as usize;
     assert_eq!(isolated.app.stop(), Outcome::Stopped);
     // An instance that is abandoned at the end would cause one more `Hung` event.
-    let hung = |event: &Event| matches!(event, Event::Hung { .. });
+    let hung = |event: &Event| matches!(event.what(), Some(What::Hung { .. }));
     assert_eq!(scenario.count_events(hung), failed, "no instance is abandoned");
 }

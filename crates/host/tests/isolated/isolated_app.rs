@@ -10,7 +10,7 @@ use jde_core::Health;
 use jde_host::{Options, StartError};
 use jde_isolation::Program;
 use jde_loader::Plugins;
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 
 use crate::common::{Executor, Scenario, TestApp, plugins, text};
 use crate::faulty::FAULTY;
@@ -179,11 +179,15 @@ impl IsolatedApp {
         let failures = |app: &TestApp| -> Vec<String> {
             let events = app.scenario.events().into_iter();
             let reasons = events.filter_map(|event| match event {
-                Event::HealthChanged {
-                    schema,
-                    health: Health::Faulted(reason),
+                Event::Other(Occurrence {
+                    what:
+                        What::HealthChanged {
+                            schema,
+                            health: Health::Faulted(reason),
+                            ..
+                        },
                     ..
-                } if schema == high => Some(reason),
+                }) if schema == high => Some(reason),
                 _ => None,
             });
             reasons.collect()

@@ -8,7 +8,7 @@ use jde_app::Application;
 use jde_host::{Lockstep, Options};
 use jde_loader::Plugins;
 use jde_records::decision_writer::DecisionWriter;
-use jde_records::event::{Event, Outcome};
+use jde_records::event::{Event, Occurrence, Outcome, What};
 use jde_types::{Mission, Truth};
 
 use crate::delivered::{self, ROOT, SECOND};
@@ -69,7 +69,11 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
     let stalled = Arc::new(Mutex::new(Vec::new()));
     let stall_recorder = Arc::clone(&stalled);
     let observe = move |event: &Event| {
-        if let Event::Stalled { time, since, .. } = event {
+        if let Event::Other(Occurrence {
+            time,
+            what: What::Stalled { since, .. },
+        }) = event
+        {
             assert!(time - since >= 30 * SECOND);
             stall_recorder.lock().expect("no thread panicked").push(*since);
         }

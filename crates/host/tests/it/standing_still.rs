@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use jde_app::{Application, Executor};
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_loader::Plugins;
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, Occurrence, What};
 use jde_watchdog::Watchdog;
 
 use crate::delivered::{self, ROOT, SECOND};
@@ -19,8 +19,14 @@ struct Times(Arc<Mutex<Vec<String>>>);
 impl Observer for Times {
     fn on_event(&mut self, event: &Event) {
         let text = match event {
-            Event::StoodStill { time, reason } => format!("{time} still: {reason}"),
-            Event::WentOn { by, one_step, .. } => format!("{by} went on, one step: {one_step}"),
+            Event::Other(Occurrence {
+                time,
+                what: What::StoodStill { reason },
+            }) => format!("{time} still: {reason}"),
+            Event::Other(Occurrence {
+                what: What::WentOn { by, one_step, .. },
+                ..
+            }) => format!("{by} went on, one step: {one_step}"),
             _ => return,
         };
         self.0.lock().unwrap().push(text);

@@ -6,6 +6,7 @@ use jde_host::replay::PortReading;
 use jde_loader::SearchPath;
 use jde_log::replay::{Deviation, Difference, Drive, ReplayReport, Values};
 use jde_records::Decision;
+use jde_records::wire::state_name;
 use serde_json::{Value, json};
 
 use crate::failure::{describe_skipped_folders, display_path};
@@ -245,7 +246,11 @@ fn print_decision(output: &mut TextWriter, when: &str, decision: Option<&Decisio
         let urgency = candidate.urgency.filter(|urgency| *urgency != 0.0);
         let urgency = urgency.map_or(String::new(), |urgency| format!(" {urgency}"));
         let ready = if candidate.ready { ", ready" } else { "" };
-        format!("{} {}{ready}{urgency}", candidate.name, candidate.state)
+        format!(
+            "{} {}{ready}{urgency}",
+            candidate.name,
+            state_name(candidate.state)
+        )
     });
     writeln!(
         output,

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use jde_link::message::{Action as OperatorAction, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
-use jde_records::event::Outcome;
+use jde_records::event::{Outcome, What};
 use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
 use jde_types::{Mission, Odometry, Pose2D, Value as _};
@@ -182,13 +182,13 @@ impl ObservedApplication for RemoteApplication {
 
 impl RemoteState {
     fn on_event(&mut self, record: &RunRecord) {
-        let RunRecord::Event(event) = record else { return };
-        if event.kind == "ended" {
-            self.outcome = Some(Outcome::parse(&event.text));
+        let RunRecord::Other(event) = record else { return };
+        if let What::Ended { outcome } = &event.what {
+            self.outcome = Some(outcome.clone());
         }
         if self.notes.len() == MAX_NOTES {
             self.notes.remove(0);
         }
-        self.notes.push(format!("{:.2} s  {event}", event.time_s));
+        self.notes.push(format!("{:.2} s  {event}", event.time_s()));
     }
 }

@@ -1,12 +1,13 @@
 //! The hierarchy of a recording at any time, reconstructed from its lines: states, winners, health.
 
 use jde_abi::describe::Kind;
-use jde_core::{Health, Nanos, PolicyKind, State};
+use jde_core::{Health, Nanos, State};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
 use jde_log::RecordedHierarchy;
 use jde_records::check::check_fathers;
+use jde_records::event::{Occurrence, What};
 use jde_records::snapshot::{GroupView, SchemaView, Snapshot, Switch};
-use jde_records::{Decision, RunRecord, state_named};
+use jde_records::{DecidedBy, Decision, RunRecord};
 
 use super::index::Cycle;
 
@@ -61,7 +62,7 @@ impl HierarchyNames {
                     add_schema(&mut self.schemas, &candidate.name);
                 }
             }
-            RunRecord::Event(_) => {}
+            RunRecord::Other(_) => {}
         }
     }
 
@@ -124,29 +125,45 @@ impl Hierarchy {
         match line {
             RunRecord::State(change) => {
                 if let Some(schema) = self.schema_mut(&change.schema) {
-                    schema.state = state_named(&change.to);
+                    schema.state = change.to;
                 }
             }
             RunRecord::Decision(decision) => self.apply_decision(decision),
-            RunRecord::Event(event) => {
-                let Some(schema) = event.schema.clone().and_then(|name| self.schema_mut(&name)) else {
-                    return;
-                };
-                match event.kind.as_str() {
-                    "ok" => schema.health = Health::Ok,
-                    "overrun" => {
-                        schema.overruns += 1;
-                        schema.health = Health::Overrun;
-                    }
-                    "faulted" => {
-                        schema.faults += 1;
-                        schema.health = Health::Faulted(event.text.clone());
-                    }
-                    "arbitration-failed" => schema.health = Health::ArbitrationFailed(event.text.clone()),
-                    "refused" => schema.refused += 1,
-                    _ => {}
-                }
+            RunRecord::Other(event) => self.apply_event(event),
+        }
+    }
+
+    fn apply_event(&mut self, event: &Occurrence<String>) {
+        let Some(schema) = event.what.schema().and_then(|name| self.schema_mut(name)) else {
+            return;
+        };
+        match &event.what {
+            What::HealthChanged { health, .. } => {
+                schema.faults += u64::from(matches!(health, Health::Faulted(_)));
+                schema.health.clone_from(health);
             }
+            What::Overrun { .. } => {
+                schema.overruns += 1;
+                schema.health = Health::Overrun;
+            }
+            What::Refused { .. } => schema.refused += 1,
+            What::TookOver { .. }
+            | What::ChatteringStarted { .. }
+            | What::ChatteringEnded { .. }
+            | What::StoodStill { .. }
+            | What::WentOn { .. }
+            | What::Stalled { .. }
+            | What::Hung { .. }
+            | What::CallAbandoned { .. }
+            | What::AbandonedCallReturned { .. }
+            | What::Limited { .. }
+            | What::Operator { .. }
+            | What::Reloaded { .. }
+            | What::ReloadRolledBack { .. }
+            | What::Retracted { .. }
+            | What::Triggered { .. }
+            | What::Ended { .. }
+            | What::Unknown { .. } => {}
         }
     }
 
@@ -227,8 +244,8 @@ impl Hierarchy {
             return;
         };
         group.winner = to;
-        if PolicyKind::named(&decision.decider).is_some() {
-            group.policy.clone_from(&decision.decider);
+        if let DecidedBy::Policy(policy) = &decision.decider {
+            group.policy.clone_from(policy);
         }
         if decision.changed {
             group.switches += 1;
@@ -237,7 +254,7 @@ impl Hierarchy {
                 time: (decision.time_s * 1e9) as Nanos,
                 from,
                 to,
-                decider: decision.decider.clone(),
+                decider: decision.decider.to_string(),
                 reason: decision.reason.clone(),
                 latency,
             });

@@ -120,7 +120,7 @@ fn line_text(line: &RunRecord) -> Option<String> {
             decision.choice_name(),
             decision.reason
         )),
-        RunRecord::Event(event) => Some(format!("{:>9.3} s  {event}", event.time_s)),
+        RunRecord::Other(event) => Some(format!("{:>9.3} s  {event}", event.time_s())),
         RunRecord::Decision(_) | RunRecord::State(_) => None,
     }
 }

@@ -8,7 +8,7 @@ use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::Handle;
 use jde_records::decision_writer::DecisionWriter;
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, Occurrence, What};
 
 use super::digest::DigestWriter;
 use super::progress::ProgressPrinter;
@@ -166,11 +166,13 @@ impl Collector {
     }
 
     fn handle_event(&mut self, event: &Event) -> io::Result<()> {
-        if let Event::Ended { time, .. } = event {
-            self.end_time = Some(*time);
-        }
-        if let (Event::TookOver { time, schema, .. }, Some(trace)) = (event, &mut self.trace) {
-            trace.add_takeover(*time, *schema, self.sampler.as_ref());
+        if let Event::Other(Occurrence { time, what }) = event {
+            if matches!(what, What::Ended { .. }) {
+                self.end_time = Some(*time);
+            }
+            if let (What::TookOver { schema, .. }, Some(trace)) = (what, &mut self.trace) {
+                trace.add_takeover(*time, *schema, self.sampler.as_ref());
+            }
         }
         self.statistics.add(event);
         for record in self.decisions.process(event) {

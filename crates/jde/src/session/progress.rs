@@ -3,8 +3,9 @@
 use std::io::{self, Write};
 
 use jde_app::Application;
-use jde_core::Nanos;
+use jde_core::{Health, Nanos};
 use jde_records::RunRecord;
+use jde_records::event::What;
 
 use super::sampler::Observation;
 use super::statistics::Statistics;
@@ -84,10 +85,28 @@ impl ProgressPrinter {
             _ if self.mode == ProgressMode::Nothing => false,
             RunRecord::Decision(decision) => every_takeover && decision.is_takeover(),
             RunRecord::State(_) => false,
-            RunRecord::Event(happening) => match happening.kind.as_str() {
-                "ok" | "overrun" | "refused" | "ended" => false,
-                "delayed" => every_takeover,
-                _ => true,
+            RunRecord::Other(event) => match &event.what {
+                What::HealthChanged { health, .. } => match health {
+                    Health::Ok | Health::Overrun => false,
+                    Health::ArbitrationFailed(_) | Health::Faulted(_) => true,
+                },
+                What::Overrun { .. } | What::Refused { .. } | What::Ended { .. } => false,
+                What::TookOver { .. } => every_takeover || event.what.is_late(),
+                What::ChatteringStarted { .. }
+                | What::ChatteringEnded { .. }
+                | What::StoodStill { .. }
+                | What::WentOn { .. }
+                | What::Stalled { .. }
+                | What::Hung { .. }
+                | What::CallAbandoned { .. }
+                | What::AbandonedCallReturned { .. }
+                | What::Limited { .. }
+                | What::Operator { .. }
+                | What::Reloaded { .. }
+                | What::ReloadRolledBack { .. }
+                | What::Retracted { .. }
+                | What::Triggered { .. }
+                | What::Unknown { .. } => true,
             },
         }
     }

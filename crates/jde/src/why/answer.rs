@@ -1,6 +1,7 @@
 //! The answer to a question: the selection that it asks for. Prints nothing.
 
-use jde_records::{CandidateRecord, Decision, EventRecord};
+use jde_records::event::Occurrence;
+use jde_records::{CandidateRecord, Decision};
 
 use super::question::{NOBODY, Question};
 
@@ -28,7 +29,7 @@ pub(crate) enum Answer<'d> {
         /// The takeover after it.
         after: Option<&'d Decision>,
         /// How guards and the driver limited the commands of the chosen schema until then (R18).
-        limits: Vec<&'d EventRecord>,
+        limits: Vec<&'d Occurrence<String>>,
     },
     /// There is no such selection; the text gives the reason.
     NoMatch(String),
@@ -40,7 +41,7 @@ impl Question {
     pub(crate) fn answer<'d>(
         &self,
         decisions: &'d [Decision],
-        limits: &'d [EventRecord],
+        limits: &'d [Occurrence<String>],
         known: KnownSpan,
     ) -> Answer<'d> {
         if let Some(reason) = self.out_of_span_reason(known) {
@@ -60,8 +61,9 @@ impl Question {
         let of_group = |other: &&Decision| other.changed && other.group == decision.group;
         let after = decisions[index + 1..].iter().find(of_group);
         let until = after.map_or(f64::INFINITY, |after| after.time_s);
-        let is_limit = |event: &&EventRecord| {
-            event.schema == decision.choice && (decision.time_s..=until).contains(&event.time_s)
+        let is_limit = |event: &&Occurrence<String>| {
+            event.what.schema() == decision.choice.as_ref()
+                && (decision.time_s..=until).contains(&event.time_s())
         };
         Answer::Match {
             decision,

@@ -1,6 +1,8 @@
 //! Tests of questions about a drive, and of the printed answers.
 
-use jde_records::{CandidateRecord, Decision, EventRecord};
+use jde_core::{Case, State};
+use jde_records::event::What;
+use jde_records::{CandidateRecord, DecidedBy, Decision};
 
 use super::{Answer, KnownSpan, Question, write};
 
@@ -8,11 +10,10 @@ fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>
     let candidate = |name: &str| CandidateRecord {
         name: name.to_owned(),
         state: if before == Some(name) {
-            "winner"
+            State::Winner
         } else {
-            "checking"
-        }
-        .to_owned(),
+            State::Checking
+        },
         ready: choice == Some(name),
         urgency: Some(0.0),
     };
@@ -20,11 +21,15 @@ fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>
         number,
         time_s,
         group: "example/base".to_owned(),
-        case: if choice.is_some() { "alone" } else { "absence" }.to_owned(),
+        case: if choice.is_some() {
+            Case::Alone
+        } else {
+            Case::Absence
+        },
         candidates: ["stop", "vff", "goon"].map(candidate).to_vec(),
         before: before.map(str::to_owned),
         choice: choice.map(str::to_owned),
-        decider: "nobody".to_owned(),
+        decider: DecidedBy::Nobody,
         reason: format!("only {} is ready", choice.unwrap_or("nobody")),
         cause: "the readiness of vff changed".to_owned(),
         changed: before != choice,
@@ -191,13 +196,12 @@ example/base at 12.402 s: goon -> vff  (selection 3)
 
 #[test]
 fn an_answer_shows_how_the_commands_of_the_chosen_schema_were_limited() {
-    let limit = |time_s, schema: &str| EventRecord {
-        time_s,
-        kind: "limited".to_owned(),
-        schema: Some(schema.to_owned()),
-        by: None,
-        text: format!("guard: too fast at {time_s}"),
-        touched: None,
+    let limit = |time_s: f64, schema: &str| {
+        let limited = What::Limited {
+            schema: schema.to_owned(),
+            description: format!("guard: too fast at {time_s}"),
+        };
+        limited.at((time_s * 1e9) as u64)
     };
     let limits = [
         limit(11.0, "vff"),

@@ -2,7 +2,8 @@
 
 use std::io::{self, Write};
 
-use jde_records::{CandidateRecord, Decision, EventRecord};
+use jde_records::wire::state_name;
+use jde_records::{CandidateRecord, Decision};
 
 use super::answer::Answer;
 use crate::record_text::{format_micros, format_takeover};
@@ -23,7 +24,7 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
         } => {
             write_decision(decision, marked, output)?;
             if let [first, others @ ..] = limits.as_slice() {
-                let EventRecord { time_s, text, .. } = first;
+                let (time_s, text) = (first.time_s(), first.text());
                 writeln!(output, "  {WARN}limited{WARN:#}     at {time_s:.3} s: {text}")?;
                 match others.len() {
                     0 => {}
@@ -102,7 +103,8 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         writeln!(
             output,
             "  {title:<10}  {:<width$}  {:<8} {readiness}{urgency}{mark}",
-            candidate.name, candidate.state
+            candidate.name,
+            state_name(candidate.state)
         )?;
     }
     if let Some(marked) = marked

@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_board::{Board, Nanos};
-use jde_core::Health;
+use jde_core::{Health, State};
 use jde_link::message::{Action, Refusal, Schemas};
 use jde_link::{Events, Folders, Link, Settings, Subject, SubjectInfo};
+use jde_records::event::{StateChange, What};
 use jde_records::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
-use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 
 use crate::attached::Sandbox;
 use crate::support::{RunOutput, pair};
@@ -279,34 +280,34 @@ fn texts_of_an_application_forge_neither_lines_nor_colours() {
     let text = || TEXT.to_owned();
     let candidate = CandidateRecord {
         name: text(),
-        state: "ready".to_owned(),
+        state: State::Ready,
         ready: true,
         urgency: None,
     };
     events.push(RunRecord::Decision(Decision {
         number: 1,
         group: "roots".to_owned(),
-        case: text(),
         candidates: vec![candidate],
         choice: Some(text()),
-        decider: text(),
+        decider: DecidedBy::Policy(text()),
         reason: text(),
         cause: text(),
         changed: true,
         takeover_us: Some(1.0),
         ..Decision::default()
     }));
-    events.push(RunRecord::Event(EventRecord {
+    let unknown = What::Unknown {
         kind: text(),
         schema: Some(text()),
+        by: None,
         text: text(),
-        ..EventRecord::default()
-    }));
-    events.push(RunRecord::State(StateRecord {
+    };
+    events.push(unknown.at(0).into());
+    events.push(RunRecord::State(StateChange {
+        time: 0,
         schema: text(),
-        from: "slept".to_owned(),
-        to: "ready".to_owned(),
-        ..StateRecord::default()
+        from: State::Slept,
+        to: State::Ready,
     }));
     let _link = Link::open(&settings, Arc::new(liar), &events).expect("the link opens");
     for args in [

@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, UNIX_EPOCH};
 
+use jde_core::Case;
 use jde_log::{Options, Origin, Recorder};
-use jde_records::{Decision, EventRecord, RunRecord};
+use jde_records::{DecidedBy, Decision, RunRecord};
 use serde_json::Value;
 
 use crate::attached::{Sandbox, navigation, schema};
@@ -138,23 +139,16 @@ fn the_time_range_of_a_recording_begins_at_its_first_message() {
         on_trouble: Box::new(|error| panic!("{error}")),
     };
     let recorder = Recorder::create(&file, options).unwrap();
-    recorder.push_record(RunRecord::Event(EventRecord {
-        time_s: 1.0,
-        kind: "operator".to_owned(),
-        schema: None,
-        by: None,
-        text: "plays".to_owned(),
-        touched: None,
-    }));
+    recorder.push_record(RunRecord::retracted(1_000_000_000, "nothing"));
     recorder.push_record(RunRecord::Decision(Decision {
         number: 1,
         time_s: 5.0,
         group: "roots".to_owned(),
-        case: "alone".to_owned(),
+        case: Case::Alone,
         candidates: Vec::new(),
         before: None,
         choice: Some("listener".to_owned()),
-        decider: "nobody".to_owned(),
+        decider: DecidedBy::Nobody,
         reason: "the only one ready".to_owned(),
         cause: "it became ready".to_owned(),
         changed: true,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use jde_log::{Message, Recording, record};
-use jde_records::RunRecord;
+use jde_records::event::What;
 use jde_ros::cdr;
 use jde_types::{LaserScan, Mission, Value};
 
@@ -79,7 +79,7 @@ fn r15_r16_a_run_in_lockstep_is_recorded_completely() {
     let last: Mission = value(missions.last().unwrap());
     assert_eq!(summary["reached"], last.reached);
     let ended = record::read(on_topic(&messages, "/jde/events").last().unwrap());
-    assert!(matches!(ended, Some(RunRecord::Event(event)) if event.kind == "ended"));
+    assert!(ended.is_some_and(|record| matches!(record.what(), Some(What::Ended { .. }))));
     assert!(!on_topic(&messages, "/jde/states").is_empty());
 }
 

@@ -121,7 +121,7 @@ pub fn records(kind: RecordKind, bytes: &[u8]) -> Result<Vec<(u64, RunRecord)>, 
     let records = match kind {
         RecordKind::Decision => read(bytes, RunRecord::Decision),
         RecordKind::State => read(bytes, RunRecord::State),
-        RecordKind::Event => read(bytes, RunRecord::Event),
+        RecordKind::Event => read(bytes, RunRecord::Other),
     }?;
     let checked = records.iter().try_for_each(|(_, record)| record.check());
     sense(checked).map(|()| records)

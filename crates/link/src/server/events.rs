@@ -183,20 +183,21 @@ fn weight(record: &RunRecord) -> usize {
             PLAIN + decision.reason.len() + decision.cause.len() + each
         }
         RunRecord::State(_) => PLAIN,
-        RunRecord::Event(event) => PLAIN + event.text.len(),
+        RunRecord::Other(event) => PLAIN + event.text().len(),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use jde_records::{CandidateRecord, Decision};
+    use jde_core::{Case, State};
+    use jde_records::{CandidateRecord, DecidedBy, Decision};
 
     use super::*;
 
     fn decision(candidates: usize) -> RunRecord {
         let candidate = |number: usize| CandidateRecord {
             name: format!("listener{number}"),
-            state: "checking".to_owned(),
+            state: State::Checking,
             ready: false,
             urgency: Some(0.0),
         };
@@ -204,11 +205,11 @@ mod tests {
             number: 1,
             time_s: 1.25,
             group: "roots".to_owned(),
-            case: "collision".to_owned(),
+            case: Case::Collision,
             candidates: (0..candidates).map(candidate).collect(),
             before: None,
             choice: Some("listener0".to_owned()),
-            decider: "priority".to_owned(),
+            decider: DecidedBy::Policy("priority".to_owned()),
             reason: "the first of the ready in the father's order".to_owned(),
             cause: "the readiness of listener0 changed".to_owned(),
             changed: true,

@@ -136,10 +136,10 @@ fn r10_a_gesture_changes_the_panel_and_is_recorded_with_its_operator() {
     let log = Arc::clone(&received);
     let _events = remote
         .events(&[jde_records::RecordKind::Event], 100, move |event| {
-            if let jde_records::RunRecord::Event(record) = event.record {
+            if let jde_records::RunRecord::Other(record) = event.record {
                 log.lock()
                     .unwrap()
-                    .push_str(&format!("{:?} {}\n", record.by, record.text));
+                    .push_str(&format!("{:?} {}\n", record.what.by(), record.text()));
             }
         })
         .unwrap();

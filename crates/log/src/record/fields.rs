@@ -1,6 +1,8 @@
 //! The fields of records, in the order of their definitions. One list serves both directions.
 
-use jde_records::{CandidateRecord, Decision, EventRecord, StateRecord};
+use jde_core::{Case, State};
+use jde_records::wire::{EventMessage, StateMessage, state_name, state_named};
+use jde_records::{CandidateRecord, DecidedBy, Decision};
 use jde_ros::cdr::{Error, Reader, Writer};
 
 /// A message that is being read or written.
@@ -49,6 +51,11 @@ impl Fields for String {
         }
         Ok(())
     }
+}
+
+pub(super) fn no_name(field: &str, name: String) -> Error {
+    let field = field.to_owned();
+    Error::Name { field, name }
 }
 
 /// A name. None is written as an empty text.
@@ -141,7 +148,7 @@ impl Fields for CandidateRecord {
     }
 }
 
-impl Fields for StateRecord {
+impl Fields for StateMessage {
     fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
         stamp(&mut self.time_s, cdr)?;
         self.schema.fields(cdr)?;
@@ -150,13 +157,56 @@ impl Fields for StateRecord {
     }
 }
 
-impl Fields for EventRecord {
+/// The event itself, as JSON. Messages of earlier versions end before it.
+impl Fields for Option<serde_json::Value> {
+    fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
+        if let Cdr::Read(reader) = cdr
+            && reader.is_at_end()
+        {
+            return Ok(());
+        }
+        let mut text = self.as_ref().map(ToString::to_string).unwrap_or_default();
+        text.fields(cdr)?;
+        *self = serde_json::from_str(&text).ok();
+        Ok(())
+    }
+}
+
+impl Fields for Case {
+    fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
+        let mut name = self.name().to_owned();
+        name.fields(cdr)?;
+        *self = Self::named(&name).ok_or_else(|| no_name("case", name))?;
+        Ok(())
+    }
+}
+
+impl Fields for State {
+    fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
+        let mut name = state_name(*self);
+        name.fields(cdr)?;
+        *self = state_named(&name).map_err(|_| no_name("state", name))?;
+        Ok(())
+    }
+}
+
+impl Fields for DecidedBy {
+    fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
+        let mut name = self.name().to_owned();
+        name.fields(cdr)?;
+        *self = Self::from(name);
+        Ok(())
+    }
+}
+
+impl Fields for EventMessage {
     fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
         stamp(&mut self.time_s, cdr)?;
         self.kind.fields(cdr)?;
         self.schema.fields(cdr)?;
         self.by.fields(cdr)?;
         self.text.fields(cdr)?;
-        self.touched.fields(cdr)
+        self.touched.fields(cdr)?;
+        self.data.fields(cdr)
     }
 }

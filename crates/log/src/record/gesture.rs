@@ -1,7 +1,7 @@
 //! A gesture as a message: the fields of all kinds of gestures one after the other.
 
 use jde_panel::{Button, Gesture, Touch};
-use jde_records::GestureRecord;
+use jde_records::wire::GestureMessage;
 use jde_ros::cdr::Error;
 
 use super::fields::{Cdr, Fields};
@@ -15,7 +15,7 @@ const BUTTONS: [(&str, Button); 3] = [
 
 /// The message `jde_msgs/msg/Gesture`.
 #[derive(Default)]
-struct GestureMessage {
+struct GestureFields {
     number: u64,
     widget: String,
     touch: String,
@@ -29,9 +29,9 @@ struct GestureMessage {
 }
 
 /// None is a gesture with the number 0. A gesture of an unknown kind is read as none.
-impl Fields for Option<GestureRecord> {
+impl Fields for Option<GestureMessage> {
     fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
-        let mut message = self.take().map(GestureMessage::from).unwrap_or_default();
+        let mut message = self.take().map(GestureFields::from).unwrap_or_default();
         message.number.fields(cdr)?;
         message.widget.fields(cdr)?;
         message.touch.fields(cdr)?;
@@ -49,8 +49,8 @@ impl Fields for Option<GestureRecord> {
     }
 }
 
-impl From<GestureRecord> for GestureMessage {
-    fn from(GestureRecord { number, gesture }: GestureRecord) -> Self {
+impl From<GestureMessage> for GestureFields {
+    fn from(GestureMessage { number, gesture }: GestureMessage) -> Self {
         let name = |touch: &str| Self {
             number,
             widget: gesture.widget,
@@ -101,8 +101,8 @@ impl From<GestureRecord> for GestureMessage {
     }
 }
 
-impl GestureMessage {
-    fn into_record(self) -> Option<GestureRecord> {
+impl GestureFields {
+    fn into_record(self) -> Option<GestureMessage> {
         let button = || {
             let named = BUTTONS.into_iter().find(|(name, _)| *name == self.button);
             named.map(|(_, button)| button)
@@ -128,7 +128,7 @@ impl GestureMessage {
             },
             _ => return None,
         };
-        Some(GestureRecord {
+        Some(GestureMessage {
             number: self.number,
             gesture: Gesture {
                 widget: self.widget,

@@ -4,11 +4,12 @@
 mod fields;
 mod gesture;
 
+use jde_records::wire::{EventMessage, Nonsense, StateMessage};
 use jde_records::{RecordKind, RunRecord};
 use jde_ros::cdr::{Error, Reader};
 
 use crate::{Channel, Message};
-use fields::{Cdr, Fields};
+use fields::{Cdr, Fields, no_name};
 
 /// Returns the kind of the records of a channel, if it contains records.
 #[must_use]
@@ -41,10 +42,11 @@ pub fn decode(kind: RecordKind, message: &[u8]) -> Result<RunRecord, Error> {
         reader.finish()?;
         Ok(record)
     }
+    let nonsense = |why: Nonsense| no_name("record", why.to_string());
     Ok(match kind {
         RecordKind::Decision => RunRecord::Decision(fields(message)?),
-        RecordKind::State => RunRecord::State(fields(message)?),
-        RecordKind::Event => RunRecord::Event(fields(message)?),
+        RecordKind::State => RunRecord::State(fields::<StateMessage>(message)?.try_into().map_err(nonsense)?),
+        RecordKind::Event => RunRecord::Other(fields::<EventMessage>(message)?.try_into().map_err(nonsense)?),
     })
 }
 
@@ -65,8 +67,8 @@ pub(crate) fn encode(record: RunRecord, message: &mut Vec<u8>) {
     let cdr = &mut Cdr::Write(&mut writer);
     let written = match record {
         RunRecord::Decision(mut decision) => decision.fields(cdr),
-        RunRecord::State(mut change) => change.fields(cdr),
-        RunRecord::Event(mut event) => event.fields(cdr),
+        RunRecord::State(change) => StateMessage::from(&change).fields(cdr),
+        RunRecord::Other(event) => EventMessage::from(&event).fields(cdr),
     };
     debug_assert_eq!(written, Ok(()), "only reading fails");
 }

@@ -21,7 +21,7 @@ use jde_core::Nanos;
 use jde_host::replay::{PortReading, Replay, sources};
 use jde_host::{Handle, StartError};
 use jde_loader::Plugins;
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 use jde_records::{Decision, DecisionTracker};
 
 use crate::ReadError;
@@ -139,10 +139,14 @@ pub fn replay_and_compare(
     let events = Arc::new(Mutex::new(Vec::new()));
     let observed = Arc::clone(&events);
     let observer = Box::new(move |event: &Event| {
-        if matches!(
-            event,
-            Event::Decided(_) | Event::TookOver { .. } | Event::Refused { .. }
-        ) {
+        let is_needed = match event {
+            Event::Decision(_) => true,
+            Event::State(_) => false,
+            Event::Other(Occurrence { what, .. }) => {
+                matches!(what, What::TookOver { .. } | What::Refused { .. })
+            }
+        };
+        if is_needed {
             observed
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
@@ -161,7 +165,7 @@ pub fn replay_and_compare(
         let continues = replay.step();
         let new_events = std::mem::take(&mut *events.lock().unwrap_or_else(PoisonError::into_inner));
         for event in new_events {
-            if let Event::Decided(record) = &event {
+            if let Event::Decision(record) = &event {
                 let candidates = record.candidates.iter().map(|candidate| candidate.id.index());
                 inputs.insert(record.number, candidate_inputs(&handle, &replay, candidates));
             }

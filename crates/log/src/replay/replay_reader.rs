@@ -9,8 +9,9 @@ use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
 use jde_panel::Gesture;
+use jde_records::event::{Occurrence, What};
 use jde_records::turn::{INPUTS, RecordedTurn, Turn};
-use jde_records::{Decision, EventRecord, GestureRecord, RunRecord};
+use jde_records::{Decision, RunRecord};
 use jde_ros::{cdr, definition};
 use jde_types::Value;
 
@@ -307,7 +308,7 @@ impl Inner {
         } else if record::kind(&message.channel).is_some() {
             match record::read(message) {
                 Some(RunRecord::Decision(decision)) => self.decisions.push(decision),
-                Some(RunRecord::Event(event)) => self.process_event(&event),
+                Some(RunRecord::Other(event)) => self.process_event(&event),
                 Some(RunRecord::State(_)) | None => {}
             }
         } else if let Some(variable) = message.channel.metadata.get("variable") {
@@ -340,21 +341,18 @@ impl Inner {
         self.steps.put(&Arc::new(turn));
     }
 
-    fn process_event(&mut self, event: &EventRecord) {
-        if let (Some(GestureRecord { number, gesture }), by) = (&event.touched, &event.by) {
-            let by = by.clone().unwrap_or_default();
-            self.gestures.insert(*number, (by, gesture.clone()));
-            return;
+    fn process_event(&mut self, Occurrence { time, what }: &Occurrence<String>) {
+        if let Some((number, gesture)) = what.gesture() {
+            let by = what.by().unwrap_or_default().to_owned();
+            self.gestures.insert(number, (by, gesture.clone()));
         }
-        let record = RunRecord::Event(event.clone());
-        let Some(name) = record.retracted_variable() else {
-            return;
-        };
-        if let Some(index) = self.source_of.get(name) {
+        if let What::Retracted { variable } = what
+            && let Some(index) = self.source_of.get(variable)
+        {
             let source = &mut self.sources[*index];
             source.queue.push_back(RecordedValue {
-                published: record.time(),
-                measured: record.time(),
+                published: *time,
+                measured: *time,
                 number: source.last,
                 bytes: None,
             });

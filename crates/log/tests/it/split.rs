@@ -10,7 +10,7 @@ use std::sync::Arc;
 use jde_log::{
     Message, Options, PartSize, ReadError, Recorder, Recording, SplitOptions, Stamps, Status, Survey, Topic,
 };
-use jde_records::{EventRecord, RunRecord};
+use jde_records::RunRecord;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
 
@@ -86,11 +86,7 @@ impl Drive {
             self.next += 1;
             if self.next == 15 {
                 // A recorder that retracts values needs a topic of records.
-                self.recorder.push_record(RunRecord::Event(EventRecord {
-                    time_s: time as f64 / 1e9,
-                    kind: "ended".to_owned(),
-                    ..EventRecord::default()
-                }));
+                self.recorder.push_record(RunRecord::retracted(time, "nothing"));
                 self.retracted.retract(time);
             }
         }

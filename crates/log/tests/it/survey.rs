@@ -5,8 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_conditions::{Condition, Names, Triggers};
+use jde_core::{Case, State};
 use jde_log::{GroupSurvey, Recorder, Recording, SchemaProblems, Stamps, Survey, TriggerOptions};
-use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
+use jde_records::wire::EventMessage;
+use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 use jde_types::Value;
 
 use crate::support::options;
@@ -22,16 +24,16 @@ fn decision(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
         number: 1,
         time_s,
         group: group.to_owned(),
-        case: case.to_owned(),
+        case: Case::named(case).unwrap(),
         candidates: vec![CandidateRecord {
             name: "goon".to_owned(),
-            state: "ready".to_owned(),
+            state: State::Ready,
             ready: true,
             urgency: None,
         }],
         before: None,
         choice: Some("goon".to_owned()),
-        decider: "nobody".to_owned(),
+        decider: DecidedBy::Nobody,
         reason: String::new(),
         cause: String::new(),
         changed,
@@ -40,13 +42,14 @@ fn decision(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
 }
 
 fn event(time_s: f64, kind: &str, text: &str) -> RunRecord {
-    RunRecord::Event(EventRecord {
+    let message = EventMessage {
         time_s,
         kind: kind.to_owned(),
         schema: Some("goon".to_owned()),
         text: text.to_owned(),
-        ..EventRecord::default()
-    })
+        ..EventMessage::default()
+    };
+    RunRecord::Other(message.try_into().expect("a record"))
 }
 
 /// Records ten values a second for `seconds` s, and records of selections and events. Three values are lost.
@@ -117,6 +120,7 @@ fn a_survey_counts_messages_selections_and_problems() {
             refused: 1,
             late: 0,
             last_fault: Some("it divided by zero".to_owned()),
+            hangs: false,
         }]
     );
     assert_eq!(survey.lost, BTreeMap::from([("/robot/count".to_owned(), 3)]));

@@ -7,10 +7,12 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
 use jde_conditions::{Condition, Names, Triggers};
+use jde_core::{Case, State};
 use jde_log::{
     FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions, record,
 };
-use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
+use jde_records::event::{OperatorAction, What};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 use jde_ros::cdr;
 use jde_types::Value;
 use jde_watchdog::Watchdog;
@@ -94,16 +96,16 @@ impl Bench {
             number: seconds,
             time_s: seconds as f64,
             group: "example/base".to_owned(),
-            case: case.to_owned(),
+            case: Case::named(case).unwrap(),
             candidates: vec![CandidateRecord {
                 name: "goon".to_owned(),
-                state: "ready".to_owned(),
+                state: State::Ready,
                 ready: true,
                 urgency: Some(1.0),
             }],
             before: None,
             choice: Some("goon".to_owned()),
-            decider: "nobody".to_owned(),
+            decider: DecidedBy::Nobody,
             reason: "alone".to_owned(),
             cause: "the application started".to_owned(),
             changed: true,
@@ -187,11 +189,11 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     );
     let events = on_topic(&messages, "/jde/events");
     assert_eq!(events.len(), 1);
-    let Some(RunRecord::Event(event)) = record::read(events[0]) else {
+    let Some(RunRecord::Other(event)) = record::read(events[0]) else {
         panic!("the record is no event");
     };
     assert_eq!(
-        (event.kind.as_str(), event.text.as_str()),
+        (event.what.kind(), event.text().as_str()),
         ("trigger", "collision in example/base")
     );
 }
@@ -208,14 +210,17 @@ fn a_firing_during_a_file_prolongs_it_and_later_firings_start_new_files() {
             // The other condition prolongs the first file at 38 s. The next file overlaps it.
             30 | 54 => bench.collision(second, "collision"),
             31 | 55 => bench.collision(second, "alone"),
-            38 => bench.recorder.push_record(RunRecord::Event(EventRecord {
-                time_s: 38.0,
-                kind: "operator".to_owned(),
-                schema: Some("goon".to_owned()),
-                by: Some("ana".to_owned()),
-                text: "played".to_owned(),
-                ..EventRecord::default()
-            })),
+            38 => bench.recorder.push_record(
+                What::Operator {
+                    by: "ana".to_owned(),
+                    action: OperatorAction::Play {
+                        schema: "goon".to_owned(),
+                    },
+                    losses: Vec::new(),
+                }
+                .at(38 * SECOND)
+                .into(),
+            ),
             _ => {}
         }
     }

@@ -1,43 +1,63 @@
-//! The actions of operators (R14), and their descriptions.
+//! The actions of operators (R14).
 
 use jde_core::{Nanos, Operator};
 use jde_panel::Gesture;
+use serde::{Deserialize, Serialize};
 
 use crate::reload::BuildName;
 
-/// An action of an operator.
-#[derive(Clone, Debug, PartialEq)]
-pub enum OperatorAction {
-    /// Plays, stops, forces or releases a schema.
-    Hierarchy(Operator),
+/// An action of an operator on a schema.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OperatorAction<N = usize> {
+    /// Requests that a schema is awake.
+    Play {
+        /// The schema.
+        schema: N,
+    },
+    /// Puts a schema to sleep.
+    Stop {
+        /// The schema.
+        schema: N,
+    },
+    /// Makes a schema the choice of its group.
+    Force {
+        /// The schema.
+        schema: N,
+    },
+    /// Ends what a schema is held to.
+    Release {
+        /// The schema.
+        schema: N,
+    },
     /// Ends the instance of a schema.
     Unload {
         /// The schema.
-        schema: usize,
+        schema: N,
     },
     /// Permits a fresh instance of a schema.
     Load {
         /// The schema.
-        schema: usize,
+        schema: N,
     },
     /// Replaces the build of a schema by another one.
     Reload {
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The build.
         build: BuildName,
     },
     /// Changes a period.
     Period {
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The new period, ns.
         period: Nanos,
     },
     /// Writes a modulation.
     Modulate {
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The modulation's name.
         variable: String,
         /// The value, as text.
@@ -46,7 +66,7 @@ pub enum OperatorAction {
     /// Lets an export fail.
     Fail {
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The export's name.
         export: String,
         /// How it fails: "frozen".
@@ -55,56 +75,89 @@ pub enum OperatorAction {
     /// Ends the failure of an export.
     Repair {
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The export's name.
         export: String,
     },
     /// A gesture on a widget of a schema's panel.
     Touch {
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The number of the gesture among those delivered in this run, from 1.
         number: u64,
         /// The gesture.
+        #[serde(flatten)]
         gesture: Gesture,
     },
 }
 
-impl OperatorAction {
-    /// Returns the place of the schema that the action concerns.
+impl From<Operator> for OperatorAction {
+    fn from(operator: Operator) -> Self {
+        match operator {
+            Operator::Play(id) => Self::Play { schema: id.index() },
+            Operator::Stop(id) => Self::Stop { schema: id.index() },
+            Operator::Force(id) => Self::Force { schema: id.index() },
+            Operator::Release(id) => Self::Release { schema: id.index() },
+        }
+    }
+}
+
+impl<N> OperatorAction<N> {
+    /// Returns the schema that the action concerns.
     #[must_use]
-    pub fn schema(&self) -> usize {
+    pub fn schema(&self) -> &N {
         match self {
-            Self::Hierarchy(
-                Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id),
-            ) => id.index(),
-            Self::Unload { schema }
+            Self::Play { schema }
+            | Self::Stop { schema }
+            | Self::Force { schema }
+            | Self::Release { schema }
+            | Self::Unload { schema }
             | Self::Load { schema }
             | Self::Reload { schema, .. }
             | Self::Period { schema, .. }
             | Self::Modulate { schema, .. }
             | Self::Fail { schema, .. }
             | Self::Repair { schema, .. }
-            | Self::Touch { schema, .. } => *schema,
+            | Self::Touch { schema, .. } => schema,
         }
     }
+}
 
-    /// Describes the action, given the schema's name: "played goon", "set vff.gain to 0.5".
+impl<N> OperatorAction<N> {
+    /// Whether it is a gesture of which more will follow: see [`Gesture::goes_on`].
     #[must_use]
-    pub fn description(&self, name: &str) -> String {
+    pub fn goes_on(&self) -> bool {
+        matches!(self, Self::Touch { gesture, .. } if gesture.goes_on())
+    }
+}
+
+impl OperatorAction<String> {
+    /// Describes the action: "played goon", "set vff.gain to 0.5".
+    #[must_use]
+    pub fn description(&self) -> String {
         match self {
-            Self::Hierarchy(Operator::Play(_)) => format!("played {name}"),
-            Self::Hierarchy(Operator::Stop(_)) => format!("stopped {name}"),
-            Self::Hierarchy(Operator::Force(_)) => format!("forced {name}"),
-            Self::Hierarchy(Operator::Release(_)) => format!("released {name}"),
-            Self::Unload { .. } => format!("unloaded {name}"),
-            Self::Load { .. } => format!("loaded {name}"),
-            Self::Reload { build, .. } => format!("reloads {name}: {build}"),
-            Self::Period { period, .. } => format!("set the period of {name} to {} s", *period as f64 / 1e9),
-            Self::Modulate { variable, value, .. } => format!("set {name}.{variable} to {value}"),
-            Self::Fail { export, fault, .. } => format!("lets {name}.{export} fail: {fault}"),
-            Self::Repair { export, .. } => format!("repaired {name}.{export}"),
-            Self::Touch { gesture, .. } => gesture.words(name),
+            Self::Play { schema } => format!("played {schema}"),
+            Self::Stop { schema } => format!("stopped {schema}"),
+            Self::Force { schema } => format!("forced {schema}"),
+            Self::Release { schema } => format!("released {schema}"),
+            Self::Unload { schema } => format!("unloaded {schema}"),
+            Self::Load { schema } => format!("loaded {schema}"),
+            Self::Reload { schema, build } => format!("reloads {schema}: {build}"),
+            Self::Period { schema, period } => {
+                format!("set the period of {schema} to {} s", *period as f64 / 1e9)
+            }
+            Self::Modulate {
+                schema,
+                variable,
+                value,
+            } => format!("set {schema}.{variable} to {value}"),
+            Self::Fail {
+                schema,
+                export,
+                fault,
+            } => format!("lets {schema}.{export} fail: {fault}"),
+            Self::Repair { schema, export } => format!("repaired {schema}.{export}"),
+            Self::Touch { schema, gesture, .. } => gesture.words(schema),
         }
     }
 }

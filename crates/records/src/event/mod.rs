@@ -1,50 +1,81 @@
-//! The events of a running application: one enum, delivered to observers in the order in which the events
-//! occurred.
+//! The events of a running application. One enum serves those who watch a run while it goes on, where schemas and groups are
+//! places in the application, and those who read its records, where they are names.
+//!
+//! A new event is a variant of [`What`]. The compiler then lists everything that reads events: no `match` on one has an arm
+//! for all others.
 
 mod action;
+mod named;
+mod outcome;
+mod words;
 
 use jde_core::{Health, Nanos, Record, State};
+use jde_panel::Gesture;
+use serde::{Deserialize, Serialize};
 
-use crate::reload::BuildName;
-use crate::reload::Replacement;
+use crate::reload::{BuildName, Replacement};
 use crate::resource_usage::ResourceUsage;
+use crate::snapshot::HealthName;
 pub use action::OperatorAction;
+pub use named::Names;
+pub use outcome::Outcome;
 
-/// An event. Schemas and groups are numbered by their place in the `Application`.
-#[derive(Clone, Debug)]
-pub enum Event {
+/// An event. `N` names schemas and groups: by default by their place in the `Application`. `D` is a selection.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event<N = usize, D = Record> {
+    /// A selection (R15). [`What::TookOver`] later reports the time to the winner's first iteration.
+    Decision(D),
     /// A schema changed its state.
-    StateChanged {
-        /// When.
-        time: Nanos,
-        /// The schema.
-        schema: usize,
-        /// The state before.
-        from: State,
-        /// The new state.
-        to: State,
-    },
+    State(StateChange<N>),
+    /// Any other event.
+    Other(Occurrence<N>),
+}
+
+/// A schema changed its state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StateChange<N = usize> {
+    /// When, ns since the application's start.
+    pub time: Nanos,
+    /// The schema.
+    pub schema: N,
+    /// The state before.
+    pub from: State,
+    /// The new state.
+    pub to: State,
+}
+
+/// An event other than a selection or a change of state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Occurrence<N = usize> {
+    /// When, ns since the application's start.
+    pub time: Nanos,
+    /// What happened.
+    pub what: What<N>,
+}
+
+/// What happened. Times are ns since the application's start, durations ns.
+///
+/// Its form in JSON is a part of records: a field that is added later has a default, and what gets another meaning gets
+/// another name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum What<N = usize> {
     /// A schema's health changed.
     HealthChanged {
-        /// When.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The new health.
+        #[serde(with = "HealthName")]
         health: Health,
     },
-    /// A selection (R15). [`Event::TookOver`] later reports the time to the winner's first iteration.
-    Decided(Record),
-    /// A new winner began its first iteration. Whether that was late: [`Event::is_late`].
+    /// A new winner began its first iteration. Whether that was late: [`What::is_late`].
     TookOver {
-        /// When.
-        time: Nanos,
         /// The group.
-        group: usize,
+        group: N,
         /// Number of the selection's record.
         record: u64,
         /// The winner.
-        schema: usize,
+        schema: N,
         /// Time since the cause of the selection.
         latency: Nanos,
         /// The longest time that the contract of the group permits (R17).
@@ -54,49 +85,39 @@ pub enum Event {
     },
     /// A group began to chatter: see [`crate::chattering`].
     ChatteringStarted {
-        /// When.
-        time: Nanos,
         /// The group.
-        group: usize,
+        group: N,
         /// The two schemas that alternate most; `None` stands for no winner.
-        between: [Option<usize>; 2],
+        between: [Option<N>; 2],
         /// Switches within the last second.
         switches: usize,
     },
-    /// Time stands still from now on.
-    StoodStill {
-        /// When.
-        time: Nanos,
-        /// Why: the condition that became true.
-        reason: String,
-    },
-    /// An operator let time pass that stood still (R14).
-    WentOn {
-        /// When.
-        time: Nanos,
-        /// The operator.
-        by: String,
-        /// Whether only one step, after which time stands still again.
-        one_step: bool,
-    },
     /// A group stopped chattering.
     ChatteringEnded {
-        /// When.
-        time: Nanos,
         /// The group.
-        group: usize,
+        group: N,
         /// When it began to chatter.
         since: Nanos,
         /// Switches since then.
         switches: u64,
     },
+    /// Time stands still from now on.
+    StoodStill {
+        /// Why: the condition that became true.
+        reason: String,
+    },
+    /// An operator let time pass that stood still (R14).
+    WentOn {
+        /// The operator.
+        by: String,
+        /// Whether only one step, after which time stands still again.
+        one_step: bool,
+    },
     /// The distance to the mission's target has not decreased for the time that the application states.
     /// Reported once, until it decreases.
     Stalled {
-        /// When.
-        time: Nanos,
         /// The schema that exports the mission.
-        schema: usize,
+        schema: N,
         /// Since when there has been no progress.
         since: Nanos,
         /// The distance to the target, m.
@@ -107,10 +128,8 @@ pub enum Event {
     /// A schema missed a deadline, or its iteration or the drawing of its panel exceeded its budget. Every
     /// case is counted; the first of a series is reported.
     Overrun {
-        /// When.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// How long the iteration or drawing took.
         took: Nanos,
         /// The budget.
@@ -118,20 +137,16 @@ pub enum Event {
     },
     /// A call into a schema has not returned for many times its budget.
     Hung {
-        /// When this was detected.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// When the call began.
         since: Nanos,
     },
     /// A hung call was given up. Its thread is abandoned, its further effects are ignored, and the next wake
     /// creates a fresh instance.
     CallAbandoned {
-        /// When.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// When the call began.
         since: Nanos,
         /// Calls of this schema that were given up and have not returned, including this one.
@@ -143,10 +158,8 @@ pub enum Event {
     },
     /// A call that had been given up returned. Its instance was ended.
     AbandonedCallReturned {
-        /// When.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// When the call began.
         since: Nanos,
         /// Calls of this schema that were given up and have not returned.
@@ -158,146 +171,134 @@ pub enum Event {
     /// a series is reported. Also reports gestures that were accepted but not delivered, because the schema's
     /// instance ended first.
     Refused {
-        /// When.
-        time: Nanos,
         /// The schema that tried.
-        schema: usize,
+        schema: N,
         /// What was refused, and why.
         description: String,
     },
     /// A guard limits the commands of a schema: lesser ones take effect (R18). Reported once for as long as it goes
     /// on.
     Limited {
-        /// When.
-        time: Nanos,
         /// The schema that commands.
-        schema: usize,
+        schema: N,
         /// The guard, and why.
         description: String,
     },
     /// An operator acted (R14).
     Operator {
-        /// When.
-        time: Nanos,
         /// The operator's name: "ana@laptop".
         by: String,
         /// The action.
-        action: OperatorAction,
+        action: OperatorAction<N>,
         /// What awake schemas can no longer read since.
-        losses: Vec<Loss>,
+        losses: Vec<Loss<N>>,
     },
     /// Another build of a schema took over from the build before, between two iterations (R10).
     Reloaded {
-        /// When.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// How it took over.
         takeover: Replacement,
     },
     /// A schema continues with the build before: the new build could not take over, or failed while on trial.
     ReloadRolledBack {
-        /// When.
-        time: Nanos,
         /// The schema.
-        schema: usize,
+        schema: N,
         /// The build that was given up.
         build: BuildName,
         /// The reason.
         reason: String,
     },
+    /// The value of a variable was retracted. Recorders report this.
+    Retracted {
+        /// The variable: "eye.laser".
+        variable: String,
+    },
+    /// A condition of a recorder became true.
+    Triggered {
+        /// What became true: "collision in example/base".
+        condition: String,
+    },
     /// The application ended.
     Ended {
-        /// When.
-        time: Nanos,
         /// How it ended.
         outcome: Outcome,
+    },
+    /// Only in records: an event of another version of jde, of which this one knows no more than the words.
+    Unknown {
+        /// The name of its kind.
+        kind: String,
+        /// The schema concerned, if any.
+        schema: Option<N>,
+        /// The operator who acted, if any.
+        by: Option<String>,
+        /// Its description.
+        text: String,
     },
 }
 
 /// An import of an awake schema whose source sleeps, because an operator stopped or unloaded it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Loss {
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Loss<N = usize> {
     /// The schema that imports.
-    pub reader: usize,
+    pub reader: N,
     /// The name of its import.
     pub import: String,
 }
 
-impl Event {
+impl<N> What<N> {
     /// Whether it is a takeover that took longer than its contract permits, and not because of the machine (R17).
     #[must_use]
     pub fn is_late(&self) -> bool {
         matches!(self, Self::TookOver { latency, allowed, machine, .. } if *latency > allowed.saturating_add(*machine))
     }
 
+    /// Returns the number of a gesture on a panel among those of the run, and the gesture.
+    #[must_use]
+    pub fn gesture(&self) -> Option<(u64, &Gesture)> {
+        let Self::Operator {
+            action: OperatorAction::Touch { number, gesture, .. },
+            ..
+        } = self
+        else {
+            return None;
+        };
+        Some((*number, gesture))
+    }
+
+    /// Returns the event with its time.
+    #[must_use]
+    pub fn at(self, time: Nanos) -> Occurrence<N> {
+        Occurrence { time, what: self }
+    }
+}
+
+impl<N, D> From<Occurrence<N>> for Event<N, D> {
+    fn from(occurrence: Occurrence<N>) -> Self {
+        Self::Other(occurrence)
+    }
+}
+
+impl<N, D> Event<N, D> {
+    /// Returns what happened, if it is neither a selection nor a change of state.
+    #[must_use]
+    pub fn what(&self) -> Option<&What<N>> {
+        match self {
+            Self::Other(occurrence) => Some(&occurrence.what),
+            Self::Decision(_) | Self::State(_) => None,
+        }
+    }
+}
+
+impl Event {
     /// When it happened, ns since the application's start.
     #[must_use]
     pub fn time(&self) -> Nanos {
         match self {
-            Self::Decided(record) => record.time,
-            Self::StateChanged { time, .. }
-            | Self::HealthChanged { time, .. }
-            | Self::TookOver { time, .. }
-            | Self::ChatteringStarted { time, .. }
-            | Self::ChatteringEnded { time, .. }
-            | Self::StoodStill { time, .. }
-            | Self::WentOn { time, .. }
-            | Self::Stalled { time, .. }
-            | Self::Overrun { time, .. }
-            | Self::Hung { time, .. }
-            | Self::CallAbandoned { time, .. }
-            | Self::AbandonedCallReturned { time, .. }
-            | Self::Refused { time, .. }
-            | Self::Limited { time, .. }
-            | Self::Operator { time, .. }
-            | Self::Reloaded { time, .. }
-            | Self::ReloadRolledBack { time, .. }
-            | Self::Ended { time, .. } => *time,
+            Self::Decision(record) => record.time,
+            Self::State(change) => change.time,
+            Self::Other(occurrence) => occurrence.time,
         }
-    }
-}
-
-/// How an application ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// Its mission is done.
-    Done,
-    /// Its mission failed.
-    Failed,
-    /// Its time limit was reached.
-    TimeUp,
-    /// It was asked to stop.
-    Stopped,
-    /// It could not continue, for this reason.
-    Broken(String),
-}
-
-impl Outcome {
-    /// The outcomes with fixed texts.
-    const FIXED_MESSAGES: [(Self, &str); 4] = [
-        (Self::Done, "the mission is done"),
-        (Self::Failed, "the mission failed"),
-        (Self::TimeUp, "the time was up"),
-        (Self::Stopped, "it was asked to stop"),
-    ];
-
-    /// Returns the outcome as text, as records contain it.
-    #[must_use]
-    pub fn message(&self) -> &str {
-        let fixed = Self::FIXED_MESSAGES.iter().find(|(outcome, _)| outcome == self);
-        match (fixed, self) {
-            (Some((_, text)), _) => text,
-            (None, Self::Broken(reason)) => reason,
-            (None, Self::Done | Self::Failed | Self::TimeUp | Self::Stopped) => "it ended",
-        }
-    }
-
-    /// Parses the text of an outcome in a record.
-    #[must_use]
-    pub fn parse(text: &str) -> Self {
-        let fixed = Self::FIXED_MESSAGES.into_iter().find(|(_, known)| *known == text);
-        fixed.map_or_else(|| Self::Broken(text.to_owned()), |(outcome, _)| outcome)
     }
 }
 

@@ -11,7 +11,8 @@ use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
 
 use crate::reload::BuildName;
-use names::{HealthName, KindName, StateName};
+use names::KindName;
+pub(crate) use names::{CaseName, HealthName, StateName};
 
 /// The whole application at one instant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,13 +1,13 @@
 //! Serde names for enumerations of other crates.
 
 use jde_abi::describe::Kind;
-use jde_core::{Health, State};
+use jde_core::{Case, Health, State};
 use serde::{Deserialize, Serialize};
 
 /// The names of [`Kind`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Kind", rename_all = "kebab-case")]
-pub(super) enum KindName {
+pub(crate) enum KindName {
     Perceptive,
     Motor,
     Driver,
@@ -16,7 +16,7 @@ pub(super) enum KindName {
 /// The names of [`State`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "State", rename_all = "kebab-case")]
-pub(super) enum StateName {
+pub(crate) enum StateName {
     Slept,
     Checking,
     Ready,
@@ -26,9 +26,19 @@ pub(super) enum StateName {
 /// The names of [`Health`].
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Health", rename_all = "kebab-case")]
-pub(super) enum HealthName {
+pub(crate) enum HealthName {
     Ok,
     Overrun,
     ArbitrationFailed(String),
     Faulted(String),
+}
+
+/// The names of [`Case`].
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Case", rename_all = "kebab-case")]
+pub(crate) enum CaseName {
+    Alone,
+    Collision,
+    Absence,
+    Forced,
 }

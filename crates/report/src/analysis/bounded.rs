@@ -38,7 +38,7 @@ impl<T> Ends<T> {
     }
 
     /// The stored items.
-    pub(crate) fn kept(&self) -> impl Iterator<Item = &T> {
+    pub(crate) fn kept(&self) -> impl DoubleEndedIterator<Item = &T> {
         self.first.iter().chain(&self.last)
     }
 

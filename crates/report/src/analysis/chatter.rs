@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use jde_core::Nanos;
+use jde_core::{Case, Nanos};
 use jde_records::Decision;
 use jde_records::chattering::ChatterDetector;
 
@@ -53,8 +53,7 @@ pub(crate) struct Advice {
 impl ChatterStatistics {
     /// Records a switch of the group.
     pub(crate) fn add_switch(&mut self, time: Nanos, decision: &Decision) {
-        // Round-robin and operators switch intentionally.
-        if matches!(decision.decider.as_str(), "round-robin" | "operator") {
+        if decision.decider.switches_by_intention() {
             return;
         }
         let mut pair = (decision.before.clone(), decision.choice.clone());
@@ -67,7 +66,7 @@ impl ChatterStatistics {
             return;
         }
         self.switches += 1;
-        self.collisions += u64::from(decision.case == "collision");
+        self.collisions += u64::from(decision.case == Case::Collision);
         if let Some(stay) = stay {
             self.stays.add(stay);
         }
@@ -139,17 +138,18 @@ fn rounded_up(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use jde_records::CandidateRecord;
+    use jde_core::State;
+    use jde_records::{CandidateRecord, DecidedBy};
 
     use super::*;
 
     const MS: Nanos = 1_000_000;
 
-    fn switch(to_vff: bool, case: &str, urgencies: Option<(f64, f64)>) -> Decision {
+    fn switch(to_vff: bool, case: Case, urgencies: Option<(f64, f64)>) -> Decision {
         let (before, choice) = if to_vff { ("goon", "vff") } else { ("vff", "goon") };
         let candidate = |name: &str, urgency: f64| CandidateRecord {
             name: name.to_owned(),
-            state: "ready".to_owned(),
+            state: State::Ready,
             ready: true,
             urgency: Some(urgency),
         };
@@ -157,13 +157,13 @@ mod tests {
             number: 1,
             time_s: 0.0,
             group: "roots".to_owned(),
-            case: case.to_owned(),
+            case,
             candidates: urgencies.map_or(Vec::new(), |(old, new)| {
                 vec![candidate(before, old), candidate(choice, new)]
             }),
             before: Some(before.to_owned()),
             choice: Some(choice.to_owned()),
-            decider: "urgency".to_owned(),
+            decider: DecidedBy::Policy("urgency".to_owned()),
             reason: String::new(),
             cause: String::new(),
             changed: true,
@@ -175,7 +175,7 @@ mod tests {
     fn chattering_collisions_yield_an_advised_dwell_and_hysteresis() {
         let mut chatter = ChatterStatistics::default();
         for turn in 0..50_u64 {
-            let decision = switch(turn % 2 == 0, "collision", Some((0.50, 0.58)));
+            let decision = switch(turn % 2 == 0, Case::Collision, Some((0.50, 0.58)));
             chatter.add_switch(turn * 120 * MS, &decision);
         }
         assert_eq!(
@@ -198,7 +198,7 @@ mod tests {
     fn no_policy_would_help_where_one_candidate_alone_is_ready() {
         let mut chatter = ChatterStatistics::default();
         for turn in 0..20_u64 {
-            chatter.add_switch(turn * 100 * MS, &switch(turn % 2 == 0, "alone", None));
+            chatter.add_switch(turn * 100 * MS, &switch(turn % 2 == 0, Case::Alone, None));
         }
         assert!(!chatter.would_a_policy_help());
         assert_eq!(chatter.hysteresis(), None);
@@ -208,9 +208,9 @@ mod tests {
     fn four_switches_a_second_and_round_robin_are_not_chattering() {
         let mut chatter = ChatterStatistics::default();
         for turn in 0..40_u64 {
-            chatter.add_switch(turn * 250 * MS, &switch(turn % 2 == 0, "collision", None));
-            let mut turns = switch(turn % 2 == 0, "collision", None);
-            turns.decider = "round-robin".to_owned();
+            chatter.add_switch(turn * 250 * MS, &switch(turn % 2 == 0, Case::Collision, None));
+            let mut turns = switch(turn % 2 == 0, Case::Collision, None);
+            turns.decider = DecidedBy::Policy("round-robin".to_owned());
             chatter.add_switch(turn * 250 * MS, &turns);
         }
         assert_eq!(chatter.spells, 0);

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use jde_records::EventRecord;
+use jde_records::event::{Occurrence, What};
 
 use super::bounded::{Ends, count};
 
@@ -16,9 +16,11 @@ const MOST_KINDS: usize = 64;
 /// Events in their order.
 #[derive(Clone, Debug)]
 pub(crate) struct Events {
-    pub(crate) list: Ends<EventRecord>,
+    pub(crate) list: Ends<Occurrence<String>>,
     /// The number of events by kind.
     pub(crate) kinds: BTreeMap<String, u64>,
+    /// The number of actions of operators.
+    pub(crate) operations: u64,
 }
 
 impl Events {
@@ -26,22 +28,25 @@ impl Events {
         Self {
             list: Ends::new(FIRST, LAST),
             kinds: BTreeMap::new(),
+            operations: 0,
         }
     }
 
-    pub(crate) fn add(&mut self, happening: EventRecord) {
-        count(&mut self.kinds, &happening.kind, MOST_KINDS);
-        self.list.add(happening);
+    pub(crate) fn add(&mut self, event: Occurrence<String>) {
+        count(&mut self.kinds, &event.what.kind().to_owned(), MOST_KINDS);
+        self.operations += u64::from(match &event.what {
+            What::Operator { action, .. } => !action.goes_on(),
+            what => matches!(what, What::WentOn { .. }),
+        });
+        self.list.add(event);
     }
 
-    /// The number of events of a kind.
-    pub(crate) fn count(&self, kind: &str) -> u64 {
-        self.kinds.get(kind).copied().unwrap_or(0)
-    }
-
-    /// The last stored event of a kind.
-    pub(crate) fn last_of(&self, kind: &str) -> Option<&EventRecord> {
-        let events = self.list.kept();
-        events.filter(|happening| happening.kind == kind).last()
+    /// How the application ended, and when, if that is stored.
+    pub(crate) fn end(&self) -> Option<&Occurrence<String>> {
+        let mut ends = self
+            .list
+            .kept()
+            .filter(|event| matches!(event.what, What::Ended { .. }));
+        ends.next_back()
     }
 }

@@ -13,8 +13,6 @@ use super::durations::Durations;
 
 /// The time window for the highest rate of switches, ns.
 const BUSY_WINDOW: Nanos = 1_000_000_000;
-/// Most cases that are counted separately; there are four.
-const MOST_CASES: usize = 8;
 /// Most pairs of schemas that are counted separately.
 const MOST_PAIRS: usize = 10_000;
 
@@ -34,7 +32,7 @@ pub(crate) struct GroupStatistics {
     /// Most switches within a second, and the time when that second ended.
     pub(crate) busiest: Option<(usize, Nanos)>,
     /// Selections by case.
-    pub(crate) cases: BTreeMap<String, u64>,
+    pub(crate) cases: BTreeMap<&'static str, u64>,
     /// Statistics of chattering.
     pub(crate) chatter: ChatterStatistics,
     pairs: BTreeMap<(String, String), u64>,
@@ -61,7 +59,7 @@ impl GroupStatistics {
     /// Records a selection of this group.
     pub(crate) fn add_decision(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
         self.decisions += 1;
-        count(&mut self.cases, &decision.case, MOST_CASES);
+        *self.cases.entry(decision.case.name()).or_default() += 1;
         if !decision.changed {
             return;
         }
@@ -116,6 +114,9 @@ impl GroupStatistics {
 
 #[cfg(test)]
 mod tests {
+    use jde_core::Case;
+    use jde_records::DecidedBy;
+
     use super::*;
 
     fn switch(number: u64, before: Option<&str>, choice: Option<&str>, takeover_us: Option<f64>) -> Decision {
@@ -123,11 +124,11 @@ mod tests {
             number,
             time_s: number as f64,
             group: "roots".to_owned(),
-            case: "alone".to_owned(),
+            case: Case::Alone,
             candidates: Vec::new(),
             before: before.map(str::to_owned),
             choice: choice.map(str::to_owned),
-            decider: "nobody".to_owned(),
+            decider: DecidedBy::Nobody,
             reason: String::new(),
             cause: String::new(),
             changed: before != choice,

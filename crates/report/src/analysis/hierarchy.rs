@@ -3,9 +3,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use jde_core::PolicyKind;
 use jde_log::RecordedHierarchy;
-use jde_records::Decision;
+use jde_records::{DecidedBy, Decision};
 
 /// Most schemas, and most groups, since the file is untrusted.
 const MOST: usize = 4096;
@@ -106,8 +105,10 @@ impl Hierarchy {
     /// The index of a selection's group. All its candidates become members.
     pub(crate) fn add_decision(&mut self, decision: &Decision) -> Option<usize> {
         let group = self.group(&decision.group)?;
-        if PolicyKind::named(&decision.decider).is_some() && self.groups[group].policy != decision.decider {
-            self.groups[group].policy.clone_from(&decision.decider);
+        if let DecidedBy::Policy(policy) = &decision.decider
+            && self.groups[group].policy != *policy
+        {
+            self.groups[group].policy.clone_from(policy);
         }
         for candidate in &decision.candidates {
             self.join(group, &candidate.name);
@@ -219,14 +220,15 @@ impl Hierarchy {
 
 #[cfg(test)]
 mod tests {
-    use jde_records::{CandidateRecord, Decision};
+    use jde_core::{Case, State};
+    use jde_records::CandidateRecord;
 
     use super::*;
 
     fn decision(group: &str, names: &[&str]) -> Decision {
         let candidate = |name: &&str| CandidateRecord {
             name: (*name).to_owned(),
-            state: "ready".to_owned(),
+            state: State::Ready,
             ready: true,
             urgency: None,
         };
@@ -234,11 +236,11 @@ mod tests {
             number: 1,
             time_s: 0.0,
             group: group.to_owned(),
-            case: "alone".to_owned(),
+            case: Case::Alone,
             candidates: names.iter().map(candidate).collect(),
             before: None,
             choice: None,
-            decider: "father".to_owned(),
+            decider: DecidedBy::Father,
             reason: String::new(),
             cause: String::new(),
             changed: false,

@@ -7,7 +7,7 @@ use jde_log::{
     Message, ReadError, RecordedHierarchy, RecordedVariables, Recording, SchemaProblems, Survey, record,
 };
 use jde_records::turn::Turn;
-use jde_records::{Decision, RunRecord, state_named};
+use jde_records::{Decision, RunRecord};
 use jde_ros::cdr;
 use jde_types::Value as _;
 
@@ -195,9 +195,8 @@ impl Reader {
                     return;
                 };
                 self.grow();
-                let (from, to) = (state_named(&change.from), state_named(&change.to));
-                self.analysis.bands[schema].change(columns, time, from, to);
-                self.update_acting(schema, to);
+                self.analysis.bands[schema].change(columns, time, change.from, change.to);
+                self.update_acting(schema, change.to);
             }
             RunRecord::Decision(decision) => {
                 let Some(group) = self.analysis.hierarchy.add_decision(&decision) else {
@@ -219,7 +218,7 @@ impl Reader {
                     }
                 }
             }
-            RunRecord::Event(happening) => {
+            RunRecord::Other(event) => {
                 if let Some(variable) = retracted {
                     let is_retracted = |(series, _): &&mut (Series, Trace)| series.variable == variable;
                     for (_, trace) in self.analysis.traces.iter_mut().filter(is_retracted) {
@@ -227,8 +226,8 @@ impl Reader {
                     }
                 }
                 if in_range {
-                    SchemaProblems::count(&mut self.analysis.troubled, &happening);
-                    self.analysis.events.add(happening);
+                    SchemaProblems::count(&mut self.analysis.troubled, &event);
+                    self.analysis.events.add(event);
                 }
             }
         }
@@ -241,7 +240,7 @@ impl Reader {
             if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)
                 && self.analysis.bands[schema].state().is_none()
             {
-                let state = state_named(&candidate.state);
+                let state = candidate.state;
                 self.analysis.bands[schema].change(columns, columns.from, state, state);
                 self.update_acting(schema, state);
             }

@@ -1,5 +1,7 @@
 //! The events of a page: faults, overruns, refusals, operators' actions and all others.
 
+use jde_core::Health;
+use jde_records::event::What;
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
@@ -26,12 +28,12 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
                 table {
                     thead { tr { th.n { "time" } th { "kind" } th { "schema" } th { "description" } } }
                     tbody {
-                        @for happening in events.list.kept() {
+                        @for event in events.list.kept() {
                             tr {
-                                td.n { (at(happening.time_s)) }
-                                td.name { @if is_bad(&happening.kind) { span.bad { (happening.kind) } } @else { (happening.kind) } }
-                                td.name { @if let Some(schema) = &happening.schema { (page.schema(schema)) } }
-                                td { (happening.text) }
+                                td.n { (at(event.time_s())) }
+                                td.name { @if is_bad(&event.what) { span.bad { (event.what.kind()) } } @else { (event.what.kind()) } }
+                                td.name { @if let Some(schema) = event.what.schema() { (page.schema(schema)) } }
+                                td { (event.text()) }
                             }
                         }
                     }
@@ -41,6 +43,29 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
     })
 }
 
-fn is_bad(kind: &str) -> bool {
-    matches!(kind, "faulted" | "hung" | "left-behind" | "arbitration-failed")
+fn is_bad(what: &What<String>) -> bool {
+    match what {
+        What::HealthChanged { health, .. } => match health {
+            Health::Faulted(_) | Health::ArbitrationFailed(_) => true,
+            Health::Ok | Health::Overrun => false,
+        },
+        What::Hung { .. } | What::CallAbandoned { .. } => true,
+        What::TookOver { .. }
+        | What::ChatteringStarted { .. }
+        | What::ChatteringEnded { .. }
+        | What::StoodStill { .. }
+        | What::WentOn { .. }
+        | What::Stalled { .. }
+        | What::Overrun { .. }
+        | What::AbandonedCallReturned { .. }
+        | What::Refused { .. }
+        | What::Limited { .. }
+        | What::Operator { .. }
+        | What::Reloaded { .. }
+        | What::ReloadRolledBack { .. }
+        | What::Retracted { .. }
+        | What::Triggered { .. }
+        | What::Ended { .. }
+        | What::Unknown { .. } => false,
+    }
 }

@@ -64,8 +64,8 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 div { dt { "Time" } dd { (chart::seconds(seconds)) small { "from " (at(analysis.columns.from as f64 / 1e9)) } } }
             }
             @if let Some(mission) = analysis.mission() { (mission_text(mission)) }
-            @if let Some(outcome) = analysis.events.last_of("ended") {
-                div { dt { "Outcome" } dd { (outcome.text) small { "at " (at(outcome.time_s)) } } }
+            @if let Some(outcome) = analysis.events.end() {
+                div { dt { "Outcome" } dd { (outcome.text()) small { "at " (at(outcome.time_s())) } } }
             }
             @for path in ending.drive.paths.iter().filter(|path| path.points.len() > 1) {
                 div { dt { "Distance" } dd {
@@ -88,8 +88,8 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 div { dt { "Faults" } dd { (trouble(sum(|schema| schema.faults))) } }
                 div { dt { "Late takeovers" } dd { (trouble(sum(|schema| schema.late))) small { "longer than their contracts" } } }
             }
-            @if analysis.events.count("operator") > 0 {
-                div { dt { "Operators" } dd { (counted(analysis.events.count("operator"), "action")) } }
+            @if analysis.events.operations > 0 {
+                div { dt { "Operators" } dd { (counted(analysis.events.operations, "action")) } }
             }
         }
     }

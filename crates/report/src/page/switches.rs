@@ -1,5 +1,7 @@
 //! The switches of a page: every selection that changed a winner, with its why-record (R15).
 
+use jde_core::State;
+use jde_records::wire::state_name;
 use jde_records::{CandidateRecord, Decision};
 use maud::{Markup, html};
 
@@ -66,7 +68,7 @@ fn switch_row(page: &Page<'_>, decision: &Decision) -> Markup {
             td.name { (page.choice(before.as_deref())) }
             td.name { (page.choice(choice.as_deref())) }
             td { (reason) br; small { (cause) } br; (candidate_list(candidates)) }
-            td { (case) }
+            td { (case.name()) }
             td { (decider) }
             td.n { @if let Some(us) = takeover_us { (chart::seconds(us / 1e6)) } @else { "–" } }
         }
@@ -79,10 +81,9 @@ fn candidate_list(candidates: &[CandidateRecord]) -> Markup {
         span.who {
             @for (place, candidate) in candidates.iter().enumerate() {
                 @if place > 0 { " · " }
-                @let state = candidate.state.as_str();
                 @if candidate.ready { b { (candidate.name) } } @else { (candidate.name) }
-                " " (state)
-                @if candidate.ready && state != "ready" { ", ready" }
+                " " (state_name(candidate.state))
+                @if candidate.ready && candidate.state != State::Ready { ", ready" }
                 @if let Some(urgency) = candidate.urgency.filter(|urgency| *urgency != 0.0) { ", urgency " (format!("{urgency:.3}")) }
             }
         }

@@ -5,10 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
+use jde_core::{Case, Health, State};
 use jde_log::{
     Options, Origin, RecordedGroup, RecordedHierarchy, RecordedSchema, Recorder, Recording, Stamps, Topic,
 };
-use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
+use jde_records::event::{StateChange, What};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
@@ -40,13 +42,16 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
         let time_s = turn as f64 * 10.0;
         let before = (turn > 0).then(|| loser.to_owned());
         recorder.push_record(RunRecord::Decision(decision(time_s, before, winner, names)));
-        let states = [(loser, "winner", "checking"), (winner, "ready", "winner")];
+        let states = [
+            (loser, State::Winner, State::Checking),
+            (winner, State::Ready, State::Winner),
+        ];
         for (schema, from, to) in states.into_iter().skip(usize::from(turn == 0)) {
-            recorder.push_record(RunRecord::State(StateRecord {
-                time_s,
+            recorder.push_record(RunRecord::State(StateChange {
+                time: (time_s * 1e9) as u64,
                 schema: schema.to_owned(),
-                from: from.to_owned(),
-                to: to.to_owned(),
+                from,
+                to,
             }));
         }
         for tenth in 0..100 {
@@ -54,14 +59,11 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
             drive(time, time / (SECOND / 10) + 1);
         }
     }
-    recorder.push_record(RunRecord::Event(EventRecord {
-        time_s: 59.9,
-        kind: "faulted".to_owned(),
-        schema: Some(names[1].to_owned()),
-        by: None,
-        text: "it <broke> & fell".to_owned(),
-        touched: None,
-    }));
+    let faulted = What::HealthChanged {
+        schema: names[1].to_owned(),
+        health: Health::Faulted("it <broke> & fell".to_owned()),
+    };
+    recorder.push_record(faulted.at(59_900_000_000).into());
 }
 
 pub(crate) fn recorder(file: &Path, hierarchy: Option<RecordedHierarchy>) -> Recorder {
@@ -124,7 +126,7 @@ fn hierarchy(names: [&str; 2]) -> RecordedHierarchy {
 fn decision(time_s: f64, before: Option<String>, winner: &str, names: [&str; 2]) -> Decision {
     let candidate = |name: &str| CandidateRecord {
         name: name.to_owned(),
-        state: "ready".to_owned(),
+        state: State::Ready,
         ready: name == winner,
         urgency: Some(0.5),
     };
@@ -132,11 +134,11 @@ fn decision(time_s: f64, before: Option<String>, winner: &str, names: [&str; 2])
         number: 1,
         time_s,
         group: "roots".to_owned(),
-        case: "alone".to_owned(),
+        case: Case::Alone,
         candidates: names.map(candidate).to_vec(),
         before,
         choice: Some(winner.to_owned()),
-        decider: "nobody".to_owned(),
+        decider: DecidedBy::Nobody,
         reason: "the only one ready".to_owned(),
         cause: "time was up".to_owned(),
         changed: true,
@@ -432,11 +434,11 @@ fn two_robots(file: &Path) -> Recording {
             group: group.to_owned(),
             ..decision(0.5, None, name, names)
         }));
-        recorder.push_record(RunRecord::State(StateRecord {
-            time_s: 0.5,
+        recorder.push_record(RunRecord::State(StateChange {
+            time: 500_000_000,
             schema: (*name).to_owned(),
-            from: "ready".to_owned(),
-            to: "winner".to_owned(),
+            from: State::Ready,
+            to: State::Winner,
         }));
     }
     for second in 1..=20 {

@@ -48,6 +48,14 @@ pub enum Error {
     /// A text is not valid.
     #[error("`{0}` is no UTF-8 text with a NUL at its end")]
     Text(String),
+    /// A text is none of the names that the field can have.
+    #[error("`{field}` is `{name}`, which is none of its names")]
+    Name {
+        /// The field.
+        field: String,
+        /// The text.
+        name: String,
+    },
 }
 
 impl Error {

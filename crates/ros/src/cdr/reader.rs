@@ -64,6 +64,12 @@ impl<'a> Reader<'a> {
             .ok_or_else(|| Error::Text(field.to_owned()))
     }
 
+    /// Whether all of the message was read.
+    #[must_use]
+    pub fn is_at_end(&self) -> bool {
+        Error::check_surplus(self.body.len() - self.position).is_ok()
+    }
+
     /// Ends after the last field.
     ///
     /// # Errors

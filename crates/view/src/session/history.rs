@@ -4,15 +4,16 @@
 use std::collections::{HashMap, VecDeque};
 
 use jde_core::State;
+use jde_records::event::{Occurrence, StateChange};
 use jde_records::snapshot::Snapshot;
-use jde_records::{Decision, EventRecord, RunRecord, StateRecord, state_named};
+use jde_records::{Decision, RunRecord};
 
 /// Maximum number of selections kept.
 const MOST_DECISIONS: usize = 20_000;
 /// Maximum number of candidates in all kept selections. Selections of a group of hundreds would otherwise
 /// fill the memory.
 const MOST_CANDIDATES: usize = 400_000;
-const MOST_HAPPENINGS: usize = 20_000;
+const MOST_EVENTS: usize = 20_000;
 /// Maximum number of changes of state kept as lines, for readers that read new lines.
 const MOST_CHANGES: usize = 20_000;
 /// Maximum number of state intervals kept for one schema.
@@ -34,8 +35,8 @@ pub(crate) struct History {
     decisions: VecDeque<Decision>,
     /// Number of candidates in all `decisions`.
     candidates: usize,
-    happenings: VecDeque<EventRecord>,
-    changes: VecDeque<StateRecord>,
+    events: VecDeque<Occurrence<String>>,
+    changes: VecDeque<StateChange<String>>,
     progress: Progress,
     missed: u64,
     since: Option<f64>,
@@ -51,7 +52,7 @@ pub(crate) struct Progress {
     /// Selections received, including discarded ones.
     pub(crate) decisions: u64,
     /// Events received, including discarded ones.
-    pub(crate) happenings: u64,
+    pub(crate) events: u64,
     /// Changes of state received, including discarded ones.
     pub(crate) changes: u64,
 }
@@ -68,7 +69,7 @@ impl History {
             RunRecord::State(change) => {
                 self.progress.changes += 1;
                 keep(&mut self.changes, change.clone(), MOST_CHANGES);
-                let (before, state) = (state_named(&change.from), state_named(&change.to));
+                let (before, state) = (change.from, change.to);
                 let bands = self.bands.entry(change.schema).or_default();
                 if bands.is_empty() {
                     bands.push_back(StateInterval {
@@ -79,7 +80,7 @@ impl History {
                 push(
                     bands,
                     StateInterval {
-                        from: change.time_s,
+                        from: change.time as f64 / 1e9,
                         state,
                     },
                 );
@@ -88,9 +89,9 @@ impl History {
                 self.progress.decisions += 1;
                 self.add_decision(decision);
             }
-            RunRecord::Event(happening) => {
-                self.progress.happenings += 1;
-                keep(&mut self.happenings, happening, MOST_HAPPENINGS);
+            RunRecord::Other(event) => {
+                self.progress.events += 1;
+                keep(&mut self.events, event, MOST_EVENTS);
             }
         }
     }
@@ -156,8 +157,8 @@ impl History {
             .iter()
             .map(|decision| decision.candidates.len())
             .sum();
-        self.happenings.retain(|happening| happening.time_s <= now);
-        self.changes.retain(|change| change.time_s <= now);
+        self.events.retain(|event| event.time_s() <= now);
+        self.changes.retain(|change| change.time as f64 / 1e9 <= now);
         self.last = now;
         self.progress.turns += 1;
     }
@@ -173,12 +174,12 @@ impl History {
     }
 
     /// Events, oldest first.
-    pub(crate) fn happenings(&self) -> &VecDeque<EventRecord> {
-        &self.happenings
+    pub(crate) fn events(&self) -> &VecDeque<Occurrence<String>> {
+        &self.events
     }
 
     /// Changes of state, oldest first.
-    pub(crate) fn changes(&self) -> &VecDeque<StateRecord> {
+    pub(crate) fn changes(&self) -> &VecDeque<StateChange<String>> {
         &self.changes
     }
 
@@ -233,11 +234,11 @@ mod tests {
     }
 
     fn add_win(past: &mut History, seconds: f64) {
-        let change = StateRecord {
-            time_s: seconds,
+        let change = StateChange {
+            time: (seconds * 1e9).round() as u64,
             schema: "goon".to_owned(),
-            from: "ready".to_owned(),
-            to: "winner".to_owned(),
+            from: State::Ready,
+            to: State::Winner,
         };
         past.add_line(RunRecord::State(change), 0);
     }
@@ -303,7 +304,7 @@ mod tests {
     fn dropped_lines_are_counted_as_missed() {
         let mut past = History::new();
         past.add_missed(3);
-        past.add_line(RunRecord::Event(EventRecord::default()), 2);
+        past.add_line(RunRecord::retracted(0, "goon.command"), 2);
         assert_eq!(past.missed(), 5);
     }
 }

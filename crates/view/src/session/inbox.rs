@@ -33,15 +33,13 @@ impl Inbox {
 
 #[cfg(test)]
 mod tests {
-    use jde_records::EventRecord;
-
     use super::*;
 
     #[test]
     fn discarded_lines_are_counted_with_the_lines_lost_before_them() {
         let mut inbox = Inbox::default();
         for number in 0..WAITING as u64 + 3 {
-            inbox.push(RunRecord::Event(EventRecord::default()), number);
+            inbox.push(RunRecord::retracted(0, "goon.command"), number);
         }
         // 0, 1 and 2 lines were lost before the first three.
         assert_eq!((inbox.lines.len(), inbox.dropped), (WAITING, 3 + 1 + 2));

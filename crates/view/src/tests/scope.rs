@@ -3,6 +3,7 @@
 use eframe::egui::{Event, Key, Modifiers, MouseWheelUnit, Pos2, Theme, TouchPhase, Vec2, pos2, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, SnapshotOptions};
+use jde_core::Case;
 use jde_link::message::Action;
 
 use crate::style::{Style, Units};
@@ -325,7 +326,7 @@ fn thousand(bands: usize) -> Fixed {
         ..jde_records::snapshot::Snapshot::default()
     };
     let mut fixed = Fixed::of(snapshot);
-    let states = ["slept", "checking", "ready", "winner"];
+    let states = State::ALL;
     for nth in 0..1000 {
         let name = fixed.snapshot.schemas[nth].name.clone();
         for band in 0..bands {
@@ -344,7 +345,7 @@ fn thousand(bands: usize) -> Fixed {
             &format!("father/group{group}"),
             None,
             &choice,
-            "alone",
+            Case::Alone,
         );
         fixed
             .past

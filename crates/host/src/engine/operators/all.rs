@@ -5,7 +5,6 @@
 //! entirely.
 
 use jde_core::{Effect, Hierarchy, Holder, Nanos, Operator, Refused, SchemaId};
-use jde_records::event::OperatorAction;
 use jde_records::turn::Turn;
 
 use super::holds::Actor;
@@ -74,8 +73,7 @@ impl Operators {
         operator: impl Fn(SchemaId) -> Operator,
     ) -> Result<(), String> {
         for id in done.map_err(|refused| refused.to_string())? {
-            self.rules
-                .report_operation(by, OperatorAction::Hierarchy(operator(id)));
+            self.rules.report_operation(by, operator(id).into());
         }
         Ok(())
     }

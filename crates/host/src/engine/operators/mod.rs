@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use jde_app::Application;
 use jde_board::Board;
 use jde_core::{Effect, Hierarchy, HoldAction, Holder, Nanos, Operator, Refused};
-use jde_records::event::{Loss, OperatorAction};
+use jde_records::event::Loss;
 use jde_records::snapshot::{Hold, HoldKind};
 use jde_records::turn::{Moment, Turn};
 
@@ -76,8 +76,7 @@ impl Operators {
             self.restore_values(instance, |_| true);
             self.repair_exports(instance, |_| true);
         }
-        self.rules
-            .report_stop(&by.name, OperatorAction::Hierarchy(operator), losses.clone());
+        self.rules.report_stop(&by.name, operator.into(), losses.clone());
         Ok(losses)
     }
 
@@ -111,8 +110,7 @@ impl Operators {
         let repaired = self.repair_exports(instance, |actor| by.covers(actor));
         if held || given_back || repaired {
             let release = Operator::Release(schema(instance));
-            self.rules
-                .report_operation(&by.name, OperatorAction::Hierarchy(release));
+            self.rules.report_operation(&by.name, release.into());
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What runners report to the rules, and what the rules report to observers.
 
 use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nanos, SchemaId};
-use jde_records::event::{Event, Loss, OperatorAction};
+use jde_records::event::{Event, Loss, Occurrence, OperatorAction, What};
 use jde_records::turn::{Moment, Turn};
 
 use super::messages::Message;
@@ -129,8 +129,7 @@ impl Rules {
             }
             false => 0,
         };
-        let event = Event::TookOver {
-            time: now,
+        let what = What::TookOver {
             group: group.index(),
             record,
             schema: id.index(),
@@ -139,7 +138,7 @@ impl Rules {
             machine,
         };
         // In a replay, lateness was reported when it first happened.
-        let late = event.is_late() && !self.clock.is_replayed();
+        let late = what.is_late() && !self.clock.is_replayed();
         rules.groups.record_takeover(group, record, latency, late);
         if late {
             rules.notifications.messages.push(Message::Late {
@@ -149,7 +148,7 @@ impl Rules {
                 allowed,
             });
         }
-        self.notify_observers(rules, &event);
+        self.notify_observers(rules, &what.at(now).into());
     }
 
     /// Reports an operator's action to the observers.
@@ -159,8 +158,7 @@ impl Rules {
 
     /// Reports an operator's action by which awake schemas lost what they read.
     pub(crate) fn report_stop(&self, by: &str, action: OperatorAction, losses: Vec<Loss>) {
-        self.report_now(|time| Event::Operator {
-            time,
+        self.report_now(What::Operator {
             by: by.to_owned(),
             action,
             losses,
@@ -168,21 +166,21 @@ impl Rules {
     }
 
     /// Reports an event with the time at which the lock is held, so that times of events do not decrease.
-    pub(crate) fn report_now(&self, event: impl FnOnce(Nanos) -> Event) {
+    pub(crate) fn report_now(&self, what: What) {
         let mut rules = self.lock();
-        let event = event(self.clock.now());
-        self.notify_observers(&mut rules, &event);
+        let occurrence = what.at(self.clock.now());
+        self.notify_observers(&mut rules, &occurrence.into());
     }
 
-    /// Reports an event to the observers, outside a transaction.
-    pub(crate) fn report(&self, event: &Event) {
+    /// Reports an event of a time to the observers, outside a transaction.
+    pub(crate) fn report(&self, time: Nanos, what: What) {
         let mut rules = self.lock();
-        self.notify_observers(&mut rules, event);
+        self.notify_observers(&mut rules, &what.at(time).into());
     }
 
     /// Leaves an event for the next transaction to report. For publications, which do not take the rules'
     /// lock.
-    pub(crate) fn report_later(&self, event: Event) {
-        self.deferred_events.push(event);
+    pub(crate) fn report_later(&self, occurrence: Occurrence) {
+        self.deferred_events.push(occurrence);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_core::{GroupId, Hierarchy, Nanos, Record, SchemaId};
 use jde_records::chattering::{self, ChatterDetector};
-use jde_records::event::Event;
+use jde_records::event::{Occurrence, What};
 use jde_records::snapshot::Switch;
 
 /// What is kept of every group.
@@ -48,7 +48,7 @@ impl GroupStatistics {
     }
 
     /// Records a selection. Returns a further event if the group begins to chatter.
-    pub(super) fn record_decision(&mut self, record: &Record) -> Option<Event> {
+    pub(super) fn record_decision(&mut self, record: &Record) -> Option<Occurrence> {
         if !record.changed {
             return None;
         }
@@ -68,12 +68,14 @@ impl GroupStatistics {
         let switches = group.detector.record_switch(record.time, between)?;
         group.chattering_since = Some((record.time, group.switches));
         self.chattering.push(number);
-        Some(Event::ChatteringStarted {
-            time: record.time,
-            group: number,
-            between: group.detector.dominant_pair().unwrap_or(between),
-            switches,
-        })
+        Some(
+            What::ChatteringStarted {
+                group: number,
+                between: group.detector.dominant_pair().unwrap_or(between),
+                switches,
+            }
+            .at(record.time),
+        )
     }
 
     /// Whether any group chatters. Rarely true, and checked in every transaction.
@@ -82,7 +84,7 @@ impl GroupStatistics {
     }
 
     /// Advances the time. Returns an event for each group that has calmed down.
-    pub(super) fn advance(&mut self, now: Nanos) -> Vec<Event> {
+    pub(super) fn advance(&mut self, now: Nanos) -> Vec<Occurrence> {
         let groups = &mut self.groups;
         let calmed = self
             .chattering
@@ -91,12 +93,14 @@ impl GroupStatistics {
         let events = calmed.into_iter().filter_map(|number| {
             let group = &mut groups[number];
             let (since, before) = group.chattering_since.take()?;
-            Some(Event::ChatteringEnded {
-                time: now,
-                group: number,
-                since,
-                switches: group.switches - before,
-            })
+            Some(
+                What::ChatteringEnded {
+                    group: number,
+                    since,
+                    switches: group.switches - before,
+                }
+                .at(now),
+            )
         });
         events.collect()
     }
@@ -116,11 +120,11 @@ impl GroupStatistics {
 pub(super) struct DeferredEvents {
     /// Whether there are any; checked in every transaction.
     has_events: AtomicBool,
-    events: Mutex<Vec<Event>>,
+    events: Mutex<Vec<Occurrence>>,
 }
 
 impl DeferredEvents {
-    pub(super) fn push(&self, event: Event) {
+    pub(super) fn push(&self, event: Occurrence) {
         self.lock().push(event);
         self.has_events.store(true, Release);
     }
@@ -129,7 +133,7 @@ impl DeferredEvents {
         !self.has_events.load(Relaxed)
     }
 
-    pub(super) fn take(&self) -> Vec<Event> {
+    pub(super) fn take(&self) -> Vec<Occurrence> {
         if self.has_events.swap(false, Acquire) {
             std::mem::take(&mut *self.lock())
         } else {
@@ -137,7 +141,7 @@ impl DeferredEvents {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<Event>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<Occurrence>> {
         self.events.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use jde_abi::describe::Kind;
 use jde_board::Variable;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
-use jde_records::event::Event;
+use jde_records::event::{Event, StateChange, What};
 use jde_records::turn::{Moment, Turn};
 
 use super::messages::Message;
@@ -217,12 +217,12 @@ impl Rules {
         let moment = Moment { order, time };
         if !self.deferred_events.is_empty() {
             for event in self.deferred_events.take() {
-                self.notify_observers(rules, &event);
+                self.notify_observers(rules, &event.into());
             }
         }
         if rules.groups.is_any_chattering() {
             for calmed in rules.groups.advance(now) {
-                self.notify_observers(rules, &calmed);
+                self.notify_observers(rules, &calmed.into());
             }
         }
         // A change that panicked may have left effects behind.
@@ -307,12 +307,11 @@ impl Rules {
             }
             Effect::Refused(id) => {
                 if let Some(description) = rules.refusal.take() {
-                    let event = Event::Refused {
-                        time: now,
+                    let refused = What::Refused {
                         schema: id.index(),
                         description,
                     };
-                    self.notify_observers(rules, &event);
+                    self.notify_observers(rules, &refused.at(now).into());
                 }
             }
             Effect::Retries(_) => {}
@@ -352,29 +351,30 @@ impl Rules {
                 }
                 self.notify_observers(
                     rules,
-                    &Event::StateChanged {
+                    &Event::State(StateChange {
                         time: now,
                         schema: id.index(),
                         from,
                         to,
-                    },
+                    }),
                 );
             }
             Effect::Health { id, health } => {
                 self.notify_observers(
                     rules,
-                    &Event::HealthChanged {
-                        time: now,
+                    &What::HealthChanged {
                         schema: id.index(),
                         health,
-                    },
+                    }
+                    .at(now)
+                    .into(),
                 );
             }
             Effect::Decided(record) => {
                 let more = rules.groups.record_decision(&record);
-                self.notify_observers(rules, &Event::Decided(record));
+                self.notify_observers(rules, &Event::Decision(record));
                 if let Some(more) = more {
-                    self.notify_observers(rules, &more);
+                    self.notify_observers(rules, &more.into());
                 }
             }
             Effect::TookOver {

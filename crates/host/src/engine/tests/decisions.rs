@@ -130,7 +130,7 @@ impl Fixture {
     fn withheld(&mut self) -> Vec<u64> {
         let events = std::mem::take(&mut *self.events.lock().unwrap());
         for event in events {
-            if let Event::Decided(record) = &event {
+            if let Event::Decision(record) = &event {
                 self.withheld.insert(record.number);
             }
             let emitted = self.decided.process(&event);

@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock, Weak, mpsc};
 use jde_app::parse;
 use jde_core::{Check, GroupId, Health, Nanos};
 use jde_loader::{Plugins, SearchPath};
-use jde_records::event::{Event, Observer};
+use jde_records::event::{Event, Observer, Occurrence, What};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
@@ -376,7 +376,11 @@ struct Stalls(mpsc::Sender<Nanos>);
 
 impl Observer for Stalls {
     fn on_event(&mut self, event: &Event) {
-        if let Event::Stalled { time, .. } = event {
+        if let Event::Other(Occurrence {
+            time,
+            what: What::Stalled { .. },
+        }) = event
+        {
             self.0.send(*time).unwrap();
         }
     }

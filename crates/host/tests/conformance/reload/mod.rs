@@ -14,7 +14,7 @@ use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
 use jde_host::reload::ReloadOptions;
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{Event, Occurrence, OperatorAction, StateChange, What};
 use jde_records::reload::{CarriedMemory, Replacement};
 
 use crate::common::{Call, Executor, Language, Scenario, TestApp, in_languages, on_every_executor, plugins};
@@ -119,11 +119,12 @@ fn level_events(app: &TestApp, since: usize) -> Vec<Event> {
     let mut events = app.scenario.events().split_off(since);
     events.retain(|event| match event {
         // On a busy machine the schema may overrun.
-        Event::HealthChanged { schema, health, .. } => {
-            *schema == counter && matches!(health, Health::Faulted(_))
-        }
-        Event::StateChanged { schema, .. } => *schema == counter,
-        Event::Decided(record) => record.changed,
+        Event::Other(Occurrence {
+            what: What::HealthChanged { schema, health, .. },
+            ..
+        }) => *schema == counter && matches!(health, Health::Faulted(_)),
+        Event::State(StateChange { schema, .. }) => *schema == counter,
+        Event::Decision(record) => record.changed,
         _ => false,
     });
     events
@@ -132,7 +133,10 @@ fn level_events(app: &TestApp, since: usize) -> Vec<Event> {
 fn rollback_reasons(app: &TestApp) -> Vec<String> {
     let events = app.scenario.events().into_iter();
     let reasons = events.filter_map(|event| match event {
-        Event::ReloadRolledBack { reason, .. } => Some(reason),
+        Event::Other(Occurrence {
+            what: What::ReloadRolledBack { reason, .. },
+            ..
+        }) => Some(reason),
         _ => None,
     });
     reasons.collect()
@@ -186,12 +190,11 @@ fn r14_a_reload_is_reported_as_an_action_of_its_operator(executor: Executor) {
     assert_eq!(app.schema("counter").reload, None);
     let takeover = reload(&mut app, 2, ReloadOptions::default()).expect("it fits");
     let requested = |event: &Event| {
-        matches!(event, Event::Operator { by, action: OperatorAction::Reload { schema, .. }, .. }
+        matches!(event.what(), Some(What::Operator { by, action: OperatorAction::Reload { schema, .. }, .. })
             if by == "ana@laptop" && *schema == counter)
     };
     assert_eq!(app.scenario.count_events(requested), 1);
-    let reloaded =
-        |event: &Event| matches!(event, Event::Reloaded { takeover: reported, .. } if *reported == takeover);
+    let reloaded = |event: &Event| matches!(event.what(), Some(What::Reloaded { takeover: reported, .. }) if *reported == takeover);
     assert_eq!(app.scenario.count_events(reloaded), 1);
     let view = app.schema("counter").reload.expect("it was reloaded");
     assert_eq!((view.reloads, view.on_trial, view.undone), (1, true, None));
@@ -396,7 +399,7 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
     app.until(|app| app.scenario.count("child iterate") > iterated + 5);
     assert_eq!(app.scenario.count("father awake"), 2);
     assert_eq!(app.scenario.count("child awake"), 1);
-    let changed = |event: &Event| matches!(event, Event::StateChanged { schema, to: State::Slept, .. } if *schema == child);
+    let changed = |event: &Event| matches!(event, Event::State(StateChange { schema, to: State::Slept, .. }) if *schema == child);
     assert!(!app.scenario.has_event(changed));
     assert!(!app.scenario.has_line("robot velocity 0"));
     app.stop();

@@ -3,7 +3,7 @@
 
 use jde_core::Health;
 use jde_host::reload::ReloadOptions;
-use jde_records::event::Event;
+use jde_records::event::What;
 
 use super::counter::build;
 use super::{level_events, reload, rollback_reasons, start};
@@ -119,7 +119,7 @@ fn a_fault_after_the_trial_is_a_fault(executor: Executor) {
     let counter = app.index("counter");
     app.until(|app| {
         app.scenario.has_event(|event| {
-            matches!(event, Event::HealthChanged { schema, health: Health::Faulted(reason), .. }
+            matches!(event.what(), Some(What::HealthChanged { schema, health: Health::Faulted(reason), .. })
                 if *schema == counter && reason == "its third step is wrong")
         })
     });
@@ -161,7 +161,7 @@ fn a_build_that_hangs_on_trial_is_abandoned_for_the_previous_build(executor: Exe
     until_steps(&mut app, 1, since);
     // The level selected again, as after any fault.
     assert!(app.scenario.has_event(|event| {
-        matches!(event, Event::HealthChanged { schema, health: Health::Faulted(_), .. } if *schema == counter)
+        matches!(event.what(), Some(What::HealthChanged { schema, health: Health::Faulted(_), .. }) if *schema == counter)
     }));
     let reason = rollback_reasons(&app).pop().expect("it was undone");
     assert!(

@@ -209,6 +209,7 @@ fn write_problems(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()
         refused,
         late,
         last_fault,
+        hangs: _,
     } = schema;
     let style = if *faults + *late > 0 { BAD } else { WARN };
     let (faults, overruns) = (pluralize(*faults, "fault"), pluralize(*overruns, "overrun"));

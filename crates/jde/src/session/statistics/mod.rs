@@ -5,7 +5,7 @@
 
 use jde_app::Application;
 use jde_core::{Nanos, State};
-use jde_records::event::Event;
+use jde_records::event::{Event, Occurrence, What};
 
 /// Most refusals of a schema that are kept.
 const MAX_REFUSALS: usize = 4;
@@ -71,32 +71,28 @@ impl Statistics {
     /// Adds an event.
     pub(crate) fn add(&mut self, event: &Event) {
         match event {
-            Event::StateChanged {
-                time,
-                schema,
-                from,
-                to,
-            } => self.apply_change(*time, *schema, *from, *to),
-            Event::TookOver {
-                group,
-                schema,
-                latency,
-                ..
-            } => {
-                let sums = &mut self.groups[*group];
-                sums.worst = sums.worst.max(Some(*latency));
-                sums.late += u64::from(event.is_late());
-                self.schemas[*schema].takeovers += 1;
-            }
-            Event::Refused {
-                schema, description, ..
-            } => {
-                let refusals = &mut self.schemas[*schema].refusals;
-                if refusals.len() < MAX_REFUSALS && !refusals.contains(description) {
-                    refusals.push(description.clone());
+            Event::Decision(_) => {}
+            Event::State(change) => self.apply_change(change.time, change.schema, change.from, change.to),
+            Event::Other(Occurrence { what, .. }) => {
+                if let What::TookOver {
+                    group,
+                    schema,
+                    latency,
+                    ..
+                } = what
+                {
+                    let sums = &mut self.groups[*group];
+                    sums.worst = sums.worst.max(Some(*latency));
+                    sums.late += u64::from(what.is_late());
+                    self.schemas[*schema].takeovers += 1;
+                }
+                if let What::Refused { schema, description } = what {
+                    let refusals = &mut self.schemas[*schema].refusals;
+                    if refusals.len() < MAX_REFUSALS && !refusals.contains(description) {
+                        refusals.push(description.clone());
+                    }
                 }
             }
-            _ => {}
         }
     }
 

@@ -1,5 +1,7 @@
 //! A father (0) with two children (1, 2), and a driver (3) outside the hierarchy.
 
+use jde_records::event::StateChange;
+
 use super::*;
 
 const ROOTS: usize = 0;
@@ -10,24 +12,26 @@ fn statistics() -> Statistics {
 }
 
 fn changed(time: Nanos, schema: usize, from: State, to: State) -> Event {
-    Event::StateChanged {
+    Event::State(StateChange {
         time,
         schema,
         from,
         to,
-    }
+    })
 }
 
 fn took(record: u64, time: Nanos, schema: usize, latency: Nanos) -> Event {
-    Event::TookOver {
-        time,
-        group: BASE,
-        record,
-        schema,
-        latency,
-        allowed: 100,
-        machine: 0,
-    }
+    Event::Other(
+        What::TookOver {
+            group: BASE,
+            record,
+            schema,
+            latency,
+            allowed: 100,
+            machine: 0,
+        }
+        .at(time),
+    )
 }
 
 #[test]
@@ -57,11 +61,7 @@ fn each_different_refusal_is_kept_once_up_to_a_limit() {
     let refusals = ["a", "b", "c", "d", "e"];
     for description in ["a", "a"].into_iter().chain(refusals) {
         let (time, schema, description) = (0, 1, description.to_owned());
-        statistics.add(&Event::Refused {
-            time,
-            schema,
-            description,
-        });
+        statistics.add(&Event::Other(What::Refused { schema, description }.at(time)));
     }
     assert_eq!(statistics.refusals(1), &refusals[..MAX_REFUSALS]);
     assert_eq!(statistics.refusals(2), &[] as &[String]);

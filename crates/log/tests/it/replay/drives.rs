@@ -103,7 +103,7 @@ impl RecordedDrive {
         let recording = Recording::open(&self.file).unwrap();
         let messages = recording.messages().unwrap().map(Result::unwrap);
         let texts = messages.filter_map(|message| match record::read(&message) {
-            Some(RunRecord::Event(event)) if event.kind == kind => Some(event.text),
+            Some(RunRecord::Other(event)) if event.what.kind() == kind => Some(event.text()),
             _ => None,
         });
         texts.collect()

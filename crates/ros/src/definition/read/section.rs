@@ -103,7 +103,13 @@ impl<'a> Section<'a> {
 
     /// Returns whether the messages of both have the same fields, whatever the comments say.
     fn is_like(&self, other: &Self) -> bool {
-        let fields = |section: &Self| section.fields.iter().map(|line| (line.kind, line.name)).collect::<Vec<_>>();
+        let fields = |section: &Self| {
+            section
+                .fields
+                .iter()
+                .map(|line| (line.kind, line.name))
+                .collect::<Vec<_>>()
+        };
         fields(self) == fields(other)
     }
 

@@ -17,7 +17,7 @@ use jde_link::Rate;
 use jde_link::message::Action;
 use jde_panel::{Gesture, Ink, List};
 use jde_records::snapshot::HoldKind;
-use jde_records::state_name;
+use jde_records::wire::state_name;
 
 use super::{Window, body};
 use crate::session::{Outcome, Session};

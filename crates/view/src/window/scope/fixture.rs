@@ -1,10 +1,11 @@
 //! Artificial hierarchies with a constant past, without an application.
 
 use jde_abi::describe::Kind;
-use jde_core::{Health, State};
+use jde_core::{Case, Health, State};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas, VariableInfo};
+use jde_records::event::{OperatorAction, StateChange, What};
 use jde_records::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
-use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 
 use super::Scope;
 use super::input::{Input, Request};
@@ -69,12 +70,12 @@ impl Fixed {
     }
 
     /// Adds a change of a schema's state.
-    pub(crate) fn change(&mut self, time_s: f64, schema: &str, from: &str, to: &str) {
-        let change = StateRecord {
-            time_s,
+    pub(crate) fn change(&mut self, time_s: f64, schema: &str, from: State, to: State) {
+        let change = StateChange {
+            time: (time_s * 1e9) as u64,
             schema: schema.to_owned(),
-            from: from.to_owned(),
-            to: to.to_owned(),
+            from,
+            to,
         };
         self.past.add_line(RunRecord::State(change), 0);
     }
@@ -149,36 +150,36 @@ pub(crate) fn navigation() -> Fixed {
     };
     let mut fixed = Fixed::of(snapshot);
     for (time, schema, from, to) in [
-        (0.1, "pioneer", "slept", "winner"),
-        (0.1, "teleop", "slept", "checking"),
-        (0.1, "example", "slept", "winner"),
-        (0.2, "goon", "slept", "checking"),
-        (0.2, "vff", "slept", "checking"),
-        (0.2, "stop", "slept", "checking"),
-        (1.0, "goon", "checking", "winner"),
-        (4.0, "vff", "checking", "ready"),
-        (4.0, "goon", "winner", "ready"),
-        (4.0, "vff", "ready", "winner"),
-        (4.5, "goon", "ready", "checking"),
-        (8.0, "vff", "winner", "ready"),
-        (8.0, "stop", "ready", "winner"),
+        (0.1, "pioneer", State::Slept, State::Winner),
+        (0.1, "teleop", State::Slept, State::Checking),
+        (0.1, "example", State::Slept, State::Winner),
+        (0.2, "goon", State::Slept, State::Checking),
+        (0.2, "vff", State::Slept, State::Checking),
+        (0.2, "stop", State::Slept, State::Checking),
+        (1.0, "goon", State::Checking, State::Winner),
+        (4.0, "vff", State::Checking, State::Ready),
+        (4.0, "goon", State::Winner, State::Ready),
+        (4.0, "vff", State::Ready, State::Winner),
+        (4.5, "goon", State::Ready, State::Checking),
+        (8.0, "vff", State::Winner, State::Ready),
+        (8.0, "stop", State::Ready, State::Winner),
     ] {
         fixed.change(time, schema, from, to);
     }
     for step in 0..12 {
         let time = 5.0 + f64::from(step) * 0.1;
         let (from, to) = if step % 2 == 0 {
-            ("checking", "ready")
+            (State::Checking, State::Ready)
         } else {
-            ("ready", "checking")
+            (State::Ready, State::Checking)
         };
         fixed.change(time, "goon", from, to);
     }
     let turns = [
-        (0.1, "roots", None, "example", "alone"),
-        (1.0, "example/base", None, "goon", "alone"),
-        (4.0, "example/base", Some("goon"), "vff", "collision"),
-        (8.0, "example/base", Some("vff"), "stop", "forced"),
+        (0.1, "roots", None, "example", Case::Alone),
+        (1.0, "example/base", None, "goon", Case::Alone),
+        (4.0, "example/base", Some("goon"), "vff", Case::Collision),
+        (8.0, "example/base", Some("vff"), "stop", Case::Forced),
     ];
     for (number, (time_s, group, before, choice, case)) in (1..).zip(turns) {
         fixed.past.add_line(
@@ -186,19 +187,20 @@ pub(crate) fn navigation() -> Fixed {
             0,
         );
     }
-    for (time_s, kind, schema, text) in [
-        (2.5, "overrun", "goon", "took 12.300 ms of 10.000 ms"),
-        (8.0, "operator", "stop", "ana@laptop forced stop"),
-    ] {
-        let happening = EventRecord {
-            time_s,
-            kind: kind.to_owned(),
-            schema: Some(schema.to_owned()),
-            by: None,
-            touched: None,
-            text: text.to_owned(),
-        };
-        fixed.past.add_line(RunRecord::Event(happening), 0);
+    let overrun = What::Overrun {
+        schema: "goon".to_owned(),
+        took: 12_300_000,
+        budget: 10_000_000,
+    };
+    let operator = What::Operator {
+        by: "ana@laptop".to_owned(),
+        action: OperatorAction::Force {
+            schema: "stop".to_owned(),
+        },
+        losses: Vec::new(),
+    };
+    for event in [overrun.at(2_500_000_000), operator.at(8_000_000_000)] {
+        fixed.past.add_line(RunRecord::Other(event), 0);
     }
     fixed.past.add_snapshot(&fixed.snapshot.clone());
     fixed
@@ -210,34 +212,33 @@ pub(crate) fn selection(
     group: &str,
     before: Option<&str>,
     choice: &str,
-    case: &str,
+    case: Case,
 ) -> Decision {
     let mut candidates = vec![CandidateRecord {
         name: choice.to_owned(),
-        state: "ready".to_owned(),
+        state: State::Ready,
         ready: true,
         urgency: Some(0.5),
     }];
     candidates.extend(before.map(|before| CandidateRecord {
         name: before.to_owned(),
-        state: "winner".to_owned(),
-        ready: case == "collision",
+        state: State::Winner,
+        ready: case == Case::Collision,
         urgency: Some(0.25),
     }));
     Decision {
         number,
         time_s,
         group: group.to_owned(),
-        case: case.to_owned(),
+        case,
         candidates,
         before: before.map(str::to_owned),
         choice: Some(choice.to_owned()),
         decider: match case {
-            "forced" => "operator",
-            "collision" => "priority",
-            _ => "nobody",
-        }
-        .to_owned(),
+            Case::Forced => DecidedBy::Operator,
+            Case::Collision => DecidedBy::Policy("priority".to_owned()),
+            Case::Alone | Case::Absence => DecidedBy::Nobody,
+        },
         reason: format!("{choice} is the only one that is ready"),
         cause: format!("the readiness of {choice} changed"),
         changed: true,

@@ -3,8 +3,10 @@
 
 use std::collections::{HashMap, VecDeque};
 
+use jde_core::Health;
 use jde_link::message::Schemas;
-use jde_records::{Decision, EventRecord};
+use jde_records::Decision;
+use jde_records::event::{Occurrence, What};
 
 use crate::session::{History, Progress};
 
@@ -77,11 +79,8 @@ impl Index {
                 self.add_decision(decision, past);
             }
         }
-        for happening in newest(
-            past.happenings(),
-            processed.happenings - self.processed.happenings,
-        ) {
-            self.add_event(happening, past);
+        for event in newest(past.events(), processed.events - self.processed.events) {
+            self.add_event(event, past);
         }
         self.processed = processed;
     }
@@ -121,20 +120,11 @@ impl Index {
         }
     }
 
-    fn add_event(&mut self, happening: &EventRecord, past: &History) {
-        let Some(schema) = &happening.schema else { return };
-        let sign = match happening.kind.as_str() {
-            "ok" => Sign::Recovered,
-            "operator" => Sign::Operator,
-            "refused" => Sign::Refused,
-            "overrun" | "arbitration-failed" => Sign::Overrun,
-            "faulted" | "hung" | "left-behind" => Sign::Fault,
-            _ => return,
+    fn add_event(&mut self, event: &Occurrence<String>, past: &History) {
+        let (Some(schema), Some(sign)) = (event.what.schema(), sign(&event.what)) else {
+            return;
         };
-        let first = past
-            .happenings()
-            .front()
-            .map_or(0.0, |happening| happening.time_s);
+        let first = past.events().front().map_or(0.0, Occurrence::time_s);
         if !self.marks.contains_key(schema) {
             self.marks.insert(schema.clone(), VecDeque::new());
         }
@@ -143,13 +133,43 @@ impl Index {
             // Binary search needs the order by time. Lines of one kind arrive in that order.
             let time = marks
                 .back()
-                .map_or(happening.time_s, |last| last.time.max(happening.time_s));
+                .map_or(event.time_s(), |last| last.time.max(event.time_s()));
             marks.push_back(Mark {
                 time,
                 sign,
-                text: happening.text.clone(),
+                text: event.text(),
             });
         }
+    }
+}
+
+/// The mark of an event on the track of its schema, if it has one.
+fn sign(what: &What<String>) -> Option<Sign> {
+    match what {
+        What::HealthChanged { health, .. } => Some(match health {
+            Health::Ok => Sign::Recovered,
+            Health::Overrun | Health::ArbitrationFailed(_) => Sign::Overrun,
+            Health::Faulted(_) => Sign::Fault,
+        }),
+        What::Overrun { .. } => Some(Sign::Overrun),
+        What::Hung { .. } | What::CallAbandoned { .. } => Some(Sign::Fault),
+        What::Refused { .. } => Some(Sign::Refused),
+        What::Operator { action, .. } if !action.goes_on() => Some(Sign::Operator),
+        What::Operator { .. }
+        | What::TookOver { .. }
+        | What::ChatteringStarted { .. }
+        | What::ChatteringEnded { .. }
+        | What::StoodStill { .. }
+        | What::WentOn { .. }
+        | What::Stalled { .. }
+        | What::AbandonedCallReturned { .. }
+        | What::Limited { .. }
+        | What::Reloaded { .. }
+        | What::ReloadRolledBack { .. }
+        | What::Retracted { .. }
+        | What::Triggered { .. }
+        | What::Ended { .. }
+        | What::Unknown { .. } => None,
     }
 }
 

@@ -178,7 +178,7 @@ mod tests {
         let mut fixed = fixture::navigation();
         let mut schemas = fixed.snapshot.schemas.iter();
         let teleop = schemas.position(|schema| schema.name == "teleop");
-        fixed.change(2.5, "teleop", "ready", "winner");
+        fixed.change(2.5, "teleop", State::Ready, State::Winner);
         fixed.snapshot.schemas[teleop.expect("the hierarchy has teleop")].state = State::Winner;
         fixed.past.add_snapshot(&fixed.snapshot);
         let won = |fixed: &fixture::Fixed, winner| {

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use jde_conditions::{Condition, Firing, Names, Triggers};
 use jde_link::message::{Schemas, VariableInfo};
-use jde_records::{RunRecord, StateRecord, state_name};
+use jde_records::RunRecord;
+use jde_records::event::StateChange;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
@@ -120,12 +121,11 @@ impl Trigger {
                 let mut watched = Triggers::new(names.clone(), vec![condition]);
                 for schema in &names.schemas {
                     if let Some(last) = past.states(schema).and_then(VecDeque::back) {
-                        let state = state_name(last.state).to_owned();
-                        let known = StateRecord {
-                            time_s: last.from,
+                        let known = StateChange {
+                            time: (last.from * 1e9).round() as u64,
                             schema: schema.clone(),
-                            from: state.clone(),
-                            to: state,
+                            from: last.state,
+                            to: last.state,
                         };
                         watched.process_record(&RunRecord::State(known), &mut Vec::new());
                     }
@@ -224,14 +224,11 @@ impl Trigger {
 /// The lines received between two counts, ordered by time.
 fn new_records(past: &History, before: Progress, now: Progress) -> Vec<RunRecord> {
     let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
-    let happenings = newest(
-        past.happenings(),
-        now.happenings.saturating_sub(before.happenings),
-    );
+    let events = newest(past.events(), now.events.saturating_sub(before.events));
     let changes = newest(past.changes(), now.changes.saturating_sub(before.changes));
     let mut lines: Vec<_> = decisions
         .map(|decision| RunRecord::Decision(decision.clone()))
-        .chain(happenings.map(|happening| RunRecord::Event(happening.clone())))
+        .chain(events.map(|event| RunRecord::Other(event.clone())))
         .chain(changes.map(|change| RunRecord::State(change.clone())))
         .collect();
     lines.sort_by_key(RunRecord::time);
@@ -251,6 +248,8 @@ fn names(schemas: &Schemas, variables: &[VariableInfo]) -> Names {
 
 #[cfg(test)]
 mod tests {
+    use jde_core::{Case, State};
+
     use super::super::fixture::{self, Fixed};
     use super::*;
 
@@ -266,7 +265,7 @@ mod tests {
     }
 
     fn collide(fixed: &mut Fixed, number: u64, time: f64) {
-        for (number, case) in [(number, "alone"), (number + 1, "collision")] {
+        for (number, case) in [(number, Case::Alone), (number + 1, Case::Collision)] {
             let selection = fixture::selection(number, time, "example/base", Some("goon"), "vff", case);
             fixed.past.add_line(RunRecord::Decision(selection), 0);
         }
@@ -329,21 +328,21 @@ mod tests {
     #[test]
     fn states_before_the_trigger_is_armed_are_known_and_later_ones_fire_it() {
         let (mut trigger, mut fixed, mut axis) = armed("goon.won and not vff.won", Mode::Normal);
-        let win = |fixed: &mut Fixed, schema: &str, to: &str| {
-            let change = StateRecord {
-                time_s: 11.0,
+        let win = |fixed: &mut Fixed, schema: &str, to: State| {
+            let change = StateChange {
+                time: 11_000_000_000,
                 schema: schema.to_owned(),
-                from: "ready".to_owned(),
-                to: to.to_owned(),
+                from: State::Ready,
+                to,
             };
             fixed.past.add_line(RunRecord::State(change), 0);
         };
-        win(&mut fixed, "vff", "winner");
-        win(&mut fixed, "goon", "winner");
+        win(&mut fixed, "vff", State::Winner);
+        win(&mut fixed, "goon", State::Winner);
         trigger.arm(&fixed.schemas, &[], &fixed.past);
         trigger.step(&fixed.past, &[], 11_500_000_000, &mut axis);
         assert_eq!(trigger.phase(), &Phase::Armed, "vff has won");
-        win(&mut fixed, "vff", "ready");
+        win(&mut fixed, "vff", State::Ready);
         trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
         assert!(matches!(trigger.phase(), Phase::Fired { .. }));
     }

@@ -1,6 +1,7 @@
 //! The reasons of switches: the list of switches, and the description of the opened record (R15).
 
 use eframe::egui::{Grid, Rect, RichText, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, vec2};
+use jde_core::Case;
 use jde_panel::Ink;
 use jde_records::Decision;
 use jde_records::snapshot::GroupView;
@@ -203,18 +204,18 @@ fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, style: &Style) {
     paint::write(
         ui.painter(),
         case,
-        &decision.case,
+        decision.case.name(),
         paint::small(),
-        case_color(&decision.case, style),
+        case_color(decision.case, style),
     );
 }
 
-fn case_color(case: &str, style: &Style) -> eframe::egui::Color32 {
+fn case_color(case: Case, style: &Style) -> eframe::egui::Color32 {
     let color = match case {
-        "collision" => Ink::Warn,
-        "absence" => Ink::Bad,
-        "forced" => Ink::Goal,
-        _ => Ink::Faint,
+        Case::Alone => Ink::Faint,
+        Case::Collision => Ink::Warn,
+        Case::Absence => Ink::Bad,
+        Case::Forced => Ink::Goal,
     };
     style::color_of(color, style)
 }
@@ -224,8 +225,8 @@ fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     ui.spacing_mut().item_spacing.y = 3.0;
     ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(summary(decision)).strong());
-        let case = format!("{}: {}", decision.case, decision.case_text());
-        ui.label(RichText::new(case).color(case_color(&decision.case, style)));
+        let case = format!("{}: {}", decision.case.name(), decision.case_text());
+        ui.label(RichText::new(case).color(case_color(decision.case, style)));
     });
     let facts = |ui: &mut Ui| {
         ui.label(format!("Because: {}", decision.reason));
@@ -275,7 +276,7 @@ fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
                 .urgency
                 .map_or_else(|| "no number".to_owned(), |urgency| format!("{urgency:.3}"));
             ui.label(urgency);
-            ui.label(candidate.state.to_uppercase());
+            ui.label(candidate.state.name());
             let result = if chosen { "wins" } else { "" };
             ui.label(RichText::new(result).color(style::color_of(Ink::Good, style)));
             ui.end_row();

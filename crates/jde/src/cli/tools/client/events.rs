@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_link::ReceivedEvent;
+use jde_records::event::What;
 use jde_records::{RecordKind, RunRecord};
 use serde_json::json;
 
@@ -85,8 +86,7 @@ impl Events {
         if self.once {
             return Ok(());
         }
-        let is_end =
-            |event: &ReceivedEvent| matches!(&event.record, RunRecord::Event(line) if line.kind == "ended");
+        let is_end = |event: &ReceivedEvent| matches!(event.record.what(), Some(What::Ended { .. }));
         let mut unread = 0;
         while let Some((event, missed)) = queue.pop() {
             if interrupted.load(Ordering::Relaxed) {
@@ -131,7 +131,7 @@ impl Events {
     fn is_selected(&self, line: &RunRecord) -> bool {
         match line {
             RunRecord::Decision(decision) => self.all || decision.changed,
-            RunRecord::State(_) | RunRecord::Event(_) => true,
+            RunRecord::State(_) | RunRecord::Other(_) => true,
         }
     }
 
@@ -141,7 +141,7 @@ impl Events {
             let (stream, line) = match &event.record {
                 RunRecord::Decision(decision) => ("decisions", json!(decision)),
                 RunRecord::State(change) => ("states", json!(change)),
-                RunRecord::Event(happening) => ("events", json!(happening)),
+                RunRecord::Other(event) => ("events", json!(event)),
             };
             let (number, missed) = (event.number, event.missed + unread);
             return print_json(

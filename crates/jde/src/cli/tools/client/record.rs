@@ -14,8 +14,9 @@ use jde_core::Nanos;
 use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
 use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
+use jde_records::event::StateChange;
 use jde_records::snapshot::Snapshot;
-use jde_records::{RecordKind, RunRecord, StateRecord, state_name};
+use jde_records::{RecordKind, RunRecord};
 
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
@@ -176,12 +177,11 @@ fn condition_names(remote: &Remote, variables: &[VariableInfo]) -> Result<Names,
 /// Passes the present states to the conditions. They make no condition true.
 fn process_states(triggers: &mut Triggers, hierarchy: &Snapshot) {
     for schema in &hierarchy.schemas {
-        let state = state_name(schema.state).to_owned();
-        let state = StateRecord {
-            time_s: hierarchy.time as f64 / 1e9,
+        let state = StateChange {
+            time: hierarchy.time,
             schema: schema.name.clone(),
-            from: state.clone(),
-            to: state,
+            from: schema.state,
+            to: schema.state,
         };
         triggers.process_record(&RunRecord::State(state), &mut Vec::new());
     }

@@ -8,7 +8,8 @@ use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_link::Remote;
 use jde_log::{Recording, record};
-use jde_records::{Decision, EventRecord, RecordKind, RunRecord};
+use jde_records::event::{Occurrence, What};
+use jde_records::{Decision, RecordKind, RunRecord};
 use serde::Serialize;
 
 use super::resolve::split_one_application;
@@ -54,7 +55,7 @@ struct SelectionOutput<'d> {
     decision: &'d Decision,
     before: Option<&'d Decision>,
     after: Option<&'d Decision>,
-    limits: Vec<&'d EventRecord>,
+    limits: Vec<&'d Occurrence<String>>,
 }
 
 impl Why {
@@ -89,13 +90,13 @@ impl Why {
 struct Selections {
     decisions: Vec<Decision>,
     /// The events of limited commands.
-    limits: Vec<EventRecord>,
+    limits: Vec<Occurrence<String>>,
     known: KnownSpan,
 }
 
 /// Whether an event is of limited commands.
-fn is_limit(event: &EventRecord) -> bool {
-    event.kind == "limited"
+fn is_limit(event: &Occurrence<String>) -> bool {
+    matches!(event.what, What::Limited { .. })
 }
 
 /// Returns all selections of a recording, up to its damage if it has any.
@@ -122,8 +123,8 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
         until = message.log_time.saturating_sub(start);
         match record::read(&message) {
             Some(RunRecord::Decision(decision)) => decisions.push(decision),
-            Some(RunRecord::Event(event)) if is_limit(&event) => limits.push(event),
-            Some(RunRecord::Event(_) | RunRecord::State(_)) | None => {}
+            Some(RunRecord::Other(event)) if is_limit(&event) => limits.push(event),
+            Some(RunRecord::Other(_) | RunRecord::State(_)) | None => {}
         }
     }
     if decisions.is_empty() {
@@ -161,13 +162,13 @@ fn request_selections(remote: &Remote) -> Result<Selections, Failure> {
     let decisions: Vec<Decision> = selections
         .filter_map(|record| match record {
             RunRecord::Decision(decision) => Some(decision),
-            RunRecord::State(_) | RunRecord::Event(_) => None,
+            RunRecord::State(_) | RunRecord::Other(_) => None,
         })
         .collect();
     let events = records(RecordKind::Event)?.into_iter();
     let limits = events.filter_map(|record| match record {
-        RunRecord::Event(event) if is_limit(&event) => Some(event),
-        RunRecord::Event(_) | RunRecord::State(_) | RunRecord::Decision(_) => None,
+        RunRecord::Other(event) if is_limit(&event) => Some(event),
+        RunRecord::Other(_) | RunRecord::State(_) | RunRecord::Decision(_) => None,
     });
     let limits = limits.collect();
     let known = KnownSpan {
