@@ -1,6 +1,7 @@
 //! The checks that rustfmt and clippy cannot make. Each check is a function in a file of its own. It reads
 //! the tree and reports what is wrong, where, and what to do. No check changes anything.
 
+mod events;
 pub(crate) mod fences;
 mod first_command;
 mod header;
@@ -37,6 +38,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
     let metadata = Metadata::with_dependencies(root)?;
     let mut found = [
         layering::check(&tree, &metadata),
+        events::check(&tree),
         fences::check(&tree),
         first_command::check(&tree)?,
         header::check(&tree),

@@ -34,10 +34,9 @@ impl Events {
 
     pub(crate) fn add(&mut self, event: Occurrence<String>) {
         count(&mut self.kinds, &event.what.kind().to_owned(), MOST_KINDS);
-        self.operations += u64::from(match &event.what {
-            What::Operator { action, .. } => !action.goes_on(),
-            what => matches!(what, What::WentOn { .. }),
-        });
+        let acts = matches!(&event.what, What::WentOn { .. })
+            || matches!(&event.what, What::Operator { action, .. } if !action.goes_on());
+        self.operations += u64::from(acts);
         self.list.add(event);
     }
 
