@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use jde_records::turn::{INPUTS, Moment, OnTurn, Turn};
+use jde_records::turn::{INPUTS, OnTurn, Turn, TurnKind};
 
 /// Numbers the transactions and forwards turns.
 pub(crate) struct Journal {
@@ -32,21 +32,14 @@ impl Journal {
         (self.on_turn)(turn);
     }
 
-    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE_PORTS`] for the ports that do not
+    /// Forwards a turn of a schema, preceded by turns of kind [`TurnKind::MorePorts`] for the ports that do not
     /// fit into it.
     pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
         for (place, ports) in more.chunks(INPUTS).enumerate() {
-            let mut next = Turn {
-                kind: Turn::MORE_PORTS,
-                schema: turn.schema,
-                detail: (INPUTS * (place + 1)) as u64,
-                // Not a step, but every recorded message needs a time.
-                checked: Moment {
-                    order: 0,
-                    time: turn.time(),
-                },
-                ..Turn::default()
-            };
+            let first = (INPUTS * (place + 1)) as u64;
+            let mut next = Turn::new(TurnKind::MorePorts { first }, turn.schema as usize);
+            // Not a step, but every recorded message needs a time.
+            next.checked.time = turn.time();
             next.inputs.resize(ports.len()).copy_from_slice(ports);
             self.forward(&next);
         }

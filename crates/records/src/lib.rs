@@ -12,6 +12,7 @@ pub mod reload;
 mod resource_usage;
 pub mod snapshot;
 pub mod turn;
+mod turn_kind;
 pub mod wire;
 
 use jde_app::Application;

@@ -9,7 +9,9 @@ use std::sync::Arc;
 use jde_core::Nanos;
 use jde_types::{Padding, Seq, Value};
 
-/// Ports that one [`Turn`] holds. Further ports precede it in turns of kind [`Turn::MORE_PORTS`].
+pub use crate::turn_kind::{Exchange, FatherOperation, Operation, Permission, TurnKind, WrittenPort};
+
+/// Ports that one [`Turn`] holds. Further ports precede it in turns of kind [`TurnKind::MorePorts`].
 pub const INPUTS: usize = 32;
 
 /// The position of a transaction in the order of the rules' transactions, and its time.
@@ -48,13 +50,13 @@ pub struct Turn {
     /// 1 awoke; 2 slept; 3 checked or iterated; 4 arbitrated. Others: 5 start; 6 timer; 7 operator; 8 given
     /// up; 9 end; 10 a father woke a child, put it to sleep or changed a policy; 11 a gesture on its panel;
     /// 12 another build took over; 13 more ports of its next turn; 14 a guard refused its command.
-    pub kind: u8,
+    kind: u8,
     /// How it requested permission to iterate: 1 in general; 2 only to take over. What an operator did: 1
     /// play; 2 stop; 3 force; 4 release; 5 write a modulation or a period; 6 unload; 7 load; 8 stop
     /// everything; 9 release everything; 10 undo at the end of a lease; 11 let an export fail; 12 repair it;
     /// 13 a debugger holds a call; 14 it goes on. A father: 1 wake; 2 put to sleep; 3
     /// change the policy. A reload: 1 a new build took over; 2 the build before took over again. Otherwise 0.
-    pub way: u8,
+    way: u8,
     /// Unused.
     pub padding: Padding<2>,
     /// The schema, by its place in the application.
@@ -63,7 +65,7 @@ pub struct Turn {
     /// repaired, by its place among the ports, 4294967295 for the period; or the child that a father woke or put to sleep, or the group whose policy
     /// it changed; or the number of the gesture, as in events; or the number of the first of more ports. For what
     /// else an operator did: the number of the operator, doubled, plus 1 under a lease; 0 in older recordings.
-    pub detail: u64,
+    detail: u64,
     /// The number of the request that this arbitration answers; requests are counted.
     pub ticket: u64,
     /// The check, or the only call of the turn.
@@ -99,87 +101,22 @@ pub struct RecordedTurn {
 pub type OnTurn = Arc<dyn Fn(&Turn) + Send + Sync>;
 
 impl Turn {
-    /// Kind: the schema awoke.
-    pub const AWOKE: u8 = 1;
-    /// Kind: the schema fell asleep.
-    pub const SLEPT: u8 = 2;
-    /// Kind: the schema checked, iterated, or both.
-    pub const CYCLED: u8 = 3;
-    /// Kind: the schema arbitrated.
-    pub const ARBITRATED: u8 = 4;
-    /// Kind: the application started.
-    pub const STARTED: u8 = 5;
-    /// Kind: timers of the rules expired.
-    pub const TICKED: u8 = 6;
-    /// Kind: an operator acted.
-    pub const OPERATED: u8 = 7;
-    /// Kind: a call did not return, and the schema was given up.
-    pub const GIVEN_UP: u8 = 8;
-    /// Kind: everything was put to sleep.
-    pub const ENDED: u8 = 9;
-    /// Kind: a father woke a child, put it to sleep or changed the policy of a group, and this had an effect.
-    pub const FATHER_ACTED: u8 = 10;
-    /// Kind: a gesture was applied to the schema's panel.
-    pub const TOUCHED: u8 = 11;
-    /// Kind: another build took over, or the build before took over again.
-    pub const RELOADED: u8 = 12;
-    /// Kind: not a turn, but more ports of the schema's next turn.
-    pub const MORE_PORTS: u8 = 13;
-    /// Kind: a guard refused a command of the schema (R18).
-    pub const COMMAND_REFUSED: u8 = 14;
+    /// Returns what the turn was.
+    #[must_use]
+    pub fn kind(&self) -> TurnKind {
+        TurnKind::of_numbers((self.kind, self.way, self.detail))
+    }
+
+    /// Sets what the turn was.
+    pub fn set_kind(&mut self, kind: TurnKind) {
+        (self.kind, self.way, self.detail) = kind.numbers();
+    }
 
     /// Whether the iteration began before the check, which was part of the same call.
     #[must_use]
     pub fn began_early(&self) -> bool {
         self.begun.order > 0 && self.begun.order <= self.looked.after
     }
-
-    /// Way: permission was requested for any iteration.
-    pub const ANY: u8 = 1;
-    /// Way: permission was requested only for the first iteration as WINNER.
-    pub const FIRST: u8 = 2;
-
-    /// Way of a father: it woke a child.
-    pub const WOKE: u8 = 1;
-    /// Way of a father: it put a child to sleep.
-    pub const PUT_TO_SLEEP: u8 = 2;
-    /// Way of a father: it changed the policy of a group.
-    pub const CHANGED_POLICY: u8 = 3;
-
-    /// Way of an operator.
-    pub const PLAYED: u8 = 1;
-    /// Way of an operator.
-    pub const STOPPED: u8 = 2;
-    /// Way of an operator.
-    pub const FORCED: u8 = 3;
-    /// Way of an operator.
-    pub const RELEASED: u8 = 4;
-    /// Way of an operator: a modulation or a period.
-    pub const WROTE: u8 = 5;
-    /// Way of an operator.
-    pub const UNLOADED: u8 = 6;
-    /// Way of an operator: a schema that was unloaded or had faulted may start afresh.
-    pub const LOADED: u8 = 7;
-    /// Way of an operator: all roots.
-    pub const ALL_STOPPED: u8 = 8;
-    /// Way of an operator: all roots.
-    pub const ALL_RELEASED: u8 = 9;
-    /// Way of an operator: its actions on one schema were undone.
-    pub const UNDONE: u8 = 10;
-    /// Way of an operator: an export fails from now on.
-    pub const FAILED_EXPORT: u8 = 11;
-    /// Way of an operator: an export fails no longer.
-    pub const REPAIRED_EXPORT: u8 = 12;
-    /// Way of an operator: a debugger holds a call of the schema from now on.
-    pub const DEBUGGED: u8 = 13;
-    /// Way of an operator: the call that a debugger held goes on.
-    pub const WENT_ON: u8 = 14;
-    /// Way of a reload: a new build took over.
-    pub const TOOK_OVER: u8 = 1;
-    /// Way of a reload: the build before took over again.
-    pub const ROLLED_BACK: u8 = 2;
-    /// The place of the period among the ports.
-    pub const PERIOD: u64 = u32::MAX as u64;
 
     /// Port: it was neither read nor written.
     pub const UNUSED: u32 = u32::MAX;
@@ -189,12 +126,13 @@ impl Turn {
 
     /// Returns a turn that has not begun.
     #[must_use]
-    pub fn new(kind: u8, schema: usize) -> Self {
-        Self {
-            kind,
+    pub fn new(kind: TurnKind, schema: usize) -> Self {
+        let mut turn = Self {
             schema: schema as u32,
             ..Self::default()
-        }
+        };
+        turn.set_kind(kind);
+        turn
     }
 
     /// Returns the time of the latest step of the turn.

@@ -4,7 +4,13 @@
 use super::tree::{File, Tree, Violation};
 
 /// How the arms of a match on events begin.
-const ARMS: [&str; 5] = ["What::", "RunRecord::", "Event::Decision", "Event::State", "Event::Other"];
+const ARMS: [&str; 5] = [
+    "What::",
+    "RunRecord::",
+    "Event::Decision",
+    "Event::State",
+    "Event::Other",
+];
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {
     tree.rust().flat_map(check_file).collect()
@@ -38,7 +44,9 @@ fn check_file(file: &File) -> Vec<Violation> {
 
 /// Whether an arm has no pattern: `_ => ..`, `_ if ..`, `other => ..`.
 fn is_of_all_others(code: &str) -> bool {
-    let name = code.split(|letter: char| !(letter.is_ascii_lowercase() || letter == '_')).next();
+    let name = code
+        .split(|letter: char| !(letter.is_ascii_lowercase() || letter == '_'))
+        .next();
     let rest = name.map_or(code, |name| &code[name.len()..]);
     name.is_some_and(|name| !name.is_empty()) && (rest.starts_with(" =>") || rest.starts_with(" if "))
 }

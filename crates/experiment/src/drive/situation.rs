@@ -70,7 +70,7 @@ impl Situation {
                     self.acting = None;
                 }
             }
-            _ => {}
+            Event::Decision(_) | Event::State(_) | Event::Other(_) => {}
         }
     }
 

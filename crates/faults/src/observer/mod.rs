@@ -17,7 +17,7 @@ use jde_board::Watch;
 use jde_core::{Health, Nanos};
 use jde_host::{Handle, Options, StartHook};
 use jde_records::event::{Event, Occurrence, What};
-use jde_records::turn::{Call, OnTurn, Turn};
+use jde_records::turn::{Call, OnTurn, Turn, TurnKind};
 
 use crate::case::Clock;
 use commands::Commands;
@@ -106,7 +106,7 @@ impl Observer {
             .push(Box::new(move |event: &Event| lock(&state).on_event(event)));
         let state = Arc::clone(&self.state);
         let turns: OnTurn = Arc::new(move |turn: &Turn| {
-            if turn.kind == Turn::CYCLED {
+            if matches!(turn.kind(), TurnKind::Cycled(_)) {
                 // A perceptive schema checks nothing.
                 let checked = turn.looked != Call::default();
                 let call = if checked { turn.looked } else { turn.acted };

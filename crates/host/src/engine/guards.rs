@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use jde_core::Nanos;
 use jde_loader::{AlignedBytes, Judgement};
 use jde_records::event::What;
-use jde_records::turn::Turn;
+use jde_records::turn::TurnKind;
 
 use super::Engine;
 use crate::instance::{
@@ -167,7 +167,7 @@ impl Engine {
             .transact_refusal(commander, words, refusal.in_force.as_ref());
         if moment.order > 0 {
             self.rules
-                .record_turn(Turn::COMMAND_REFUSED, commander, 0, moment);
+                .record_turn(TurnKind::CommandRefused, commander, moment);
         }
     }
 

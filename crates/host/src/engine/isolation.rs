@@ -2,7 +2,7 @@
 //! follows from its death.
 
 use jde_isolation::{ProcessConfig, python};
-use jde_records::turn::Turn;
+use jde_records::turn::TurnKind;
 
 use super::{Engine, Signal};
 
@@ -18,7 +18,7 @@ impl Engine {
         if posted {
             signals.notify(instance);
         }
-        self.rules.record_turn(Turn::GIVEN_UP, instance, 0, moment);
+        self.rules.record_turn(TurnKind::GivenUp, instance, moment);
         self.roll_back_build(instance, &reason);
     }
 

@@ -33,7 +33,7 @@ use jde_isolation::Program;
 use jde_isolation::authority::AuthorityTable;
 use jde_isolation::process::ProcessTable;
 use jde_records::event::{Observer, Outcome};
-use jde_records::turn::{Moment, OnTurn, Turn};
+use jde_records::turn::{Moment, OnTurn, TurnKind};
 
 use crate::clock::Clock;
 use crate::instance::Ports;
@@ -45,8 +45,8 @@ use crate::reload::BuildRegistry;
 use crate::stalls::Stalls;
 use crate::transaction_observer::TransactionObserver;
 use crate::turn_order::staggers;
+pub(crate) use operators::Actor;
 use operators::Operators;
-pub(crate) use operators::{Actor, decode};
 pub(crate) use outcome::RunOutcome;
 pub(crate) use rules::{Notifier, Rules, Signal};
 pub(crate) use services::FatherAction;
@@ -197,7 +197,7 @@ impl Engine {
             self.excuse_unscheduled(hierarchy, now);
             hierarchy.tick(now, out);
         });
-        self.rules.record_turn(Turn::TICKED, 0, 0, moment);
+        self.rules.record_turn(TurnKind::Ticked, 0, moment);
     }
 
     /// Excuses fathers that had no chance to arbitrate. A father is excused if its time is over, no other

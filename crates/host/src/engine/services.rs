@@ -10,7 +10,7 @@ use jde_app::{Application, Binding, ChildTarget};
 use jde_board::Refused;
 use jde_core::{Policy, State};
 use jde_records::event::What;
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{FatherOperation, Moment, Turn, TurnKind};
 
 use super::{Engine, schema};
 use crate::instance::NoValue;
@@ -38,16 +38,16 @@ pub(crate) enum FatherAction {
 }
 
 impl FatherAction {
-    /// The encoding in turns: the way, and the number of the child or group.
-    pub(crate) fn encode(&self) -> (u8, u64) {
+    /// Returns the action as turns have it.
+    pub(crate) fn operation(&self) -> FatherOperation {
         match *self {
             Self::Child(ChildRequest {
                 child, awake: true, ..
-            }) => (Turn::WOKE, child as u64),
+            }) => FatherOperation::Woke { child: child as u64 },
             Self::Child(ChildRequest {
                 child, awake: false, ..
-            }) => (Turn::PUT_TO_SLEEP, child as u64),
-            Self::Policy { group, .. } => (Turn::CHANGED_POLICY, group as u64),
+            }) => FatherOperation::PutToSleep { child: child as u64 },
+            Self::Policy { group, .. } => FatherOperation::ChangedPolicy { group: group as u64 },
         }
     }
 }
@@ -190,13 +190,9 @@ impl Engine {
     /// Records a father's request as a turn, if it had effects.
     fn record_father_action(&self, father: usize, action: &FatherAction, moment: Moment) {
         if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
-            let (way, detail) = action.encode();
-            journal.forward(&Turn {
-                way,
-                detail,
-                checked: moment,
-                ..Turn::new(Turn::FATHER_ACTED, father)
-            });
+            let mut turn = Turn::new(TurnKind::FatherActed(action.operation()), father);
+            turn.checked = moment;
+            journal.forward(&turn);
         }
     }
 

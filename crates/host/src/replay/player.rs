@@ -5,18 +5,19 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use jde_core::{Nanos, Operator, SchemaId};
-use jde_records::turn::{RecordedTurn, Turn};
+use jde_records::turn::{FatherOperation, Operation, RecordedTurn, TurnKind, WrittenPort};
 
 use super::recorded_inputs::RecordedInputs;
 use super::recorded_run::{RecordedRun, ReplayStep, StepKind};
 use super::slot::{PendingArbitration, ReplaySlot};
 use super::writes::{PairedWrite, WriteMatcher};
 use super::{PortReading, format_value};
-use crate::engine::{Engine, Notifier, Signal, decode};
+use crate::engine::{Engine, Notifier, Signal};
 use crate::exec::lockstep::SignalQueue;
 use crate::inbox::Inbox;
 use crate::instance::ShownValue;
 use crate::runner::Runner;
+use crate::sensor_fault::SensorFault;
 
 /// The largest value that is formatted, in bytes.
 const MAX_FORMATTED_BYTES: usize = 64;
@@ -221,35 +222,44 @@ impl Player {
     fn apply_step(&mut self, step: &ReplayStep) {
         let turn = &*step.turn;
         let number = turn.schema as usize;
-        match turn.kind {
-            Turn::STARTED => self.engine.rules.start(),
-            Turn::TICKED => self.engine.tick(),
-            Turn::OPERATED => self.apply_operator_action(number, turn),
-            Turn::GIVEN_UP => {
+        match turn.kind() {
+            TurnKind::Started => self.engine.rules.start(),
+            TurnKind::Ticked => self.engine.tick(),
+            TurnKind::Operated(operation) => self.apply_operation(number, operation, turn),
+            TurnKind::GivenUp => {
                 let reason = "did not return from a call in the recording";
                 self.engine.report_hung_call(number, reason.to_owned());
             }
-            Turn::ENDED => self.is_finished = true,
-            Turn::FATHER_ACTED => self.apply_father_action(number, turn),
-            Turn::COMMAND_REFUSED => {
+            TurnKind::Ended => self.is_finished = true,
+            TurnKind::FatherActed(operation) => self.apply_father_operation(number, operation),
+            TurnKind::CommandRefused => {
                 if let Some(slot) = self.slots.get(number).and_then(Option::as_ref) {
                     slot.runner.repeat_refusal();
                 }
             }
-            _ => {
+            TurnKind::Awoke
+            | TurnKind::Slept
+            | TurnKind::Cycled(_)
+            | TurnKind::Arbitrated { .. }
+            | TurnKind::Touched { .. } => {
                 if matches!(step.kind, StepKind::CheckCall | StepKind::IterationCall) {
                     self.publish_inputs(number, turn);
                 }
                 self.apply_schema_step(number, step);
             }
+            TurnKind::Reloaded(_) | TurnKind::MorePorts { .. } | TurnKind::Unknown => {}
         }
     }
 
     /// Completes a step. After the last step of a turn, its writes are known and paired.
     fn complete_step(&mut self, step: &ReplayStep) {
         let is_schema_turn = matches!(
-            step.turn.kind,
-            Turn::AWOKE | Turn::SLEPT | Turn::CYCLED | Turn::ARBITRATED | Turn::TOUCHED
+            step.turn.kind(),
+            TurnKind::Awoke
+                | TurnKind::Slept
+                | TurnKind::Cycled(_)
+                | TurnKind::Arbitrated { .. }
+                | TurnKind::Touched { .. }
         );
         let number = step.turn.schema as usize;
         let slot = self.slots.get_mut(number).and_then(Option::as_mut);
@@ -268,8 +278,8 @@ impl Player {
         let Some(slot) = self.slots.get_mut(number).and_then(Option::as_mut) else {
             return;
         };
-        match (turn.kind, step.kind) {
-            (Turn::AWOKE, StepKind::CheckCall) => {
+        match (turn.kind(), step.kind) {
+            (TurnKind::Awoke, StepKind::CheckCall) => {
                 slot.was_awake = true;
                 while let Some((awake, _)) = slot.transitions.pop_front() {
                     slot.runner.show_recorded(Some(turn).filter(|_| awake));
@@ -279,7 +289,7 @@ impl Player {
                 slot.follows_recording = true;
                 slot.due = None;
             }
-            (Turn::SLEPT, StepKind::CheckCall) => {
+            (TurnKind::Slept, StepKind::CheckCall) => {
                 slot.was_awake = false;
                 while let Some((awake, _)) = slot.transitions.pop_front() {
                     slot.runner.show_recorded(Some(turn));
@@ -289,35 +299,37 @@ impl Player {
                 slot.follows_recording = false;
                 slot.start_own_turns(now);
             }
-            (Turn::ARBITRATED, StepKind::CheckCall) => {
-                if let Some(request) = slot.take_arbitration(turn) {
+            (TurnKind::Arbitrated { group }, StepKind::CheckCall) => {
+                if let Some(request) = slot.take_arbitration(group, turn.ticket) {
                     slot.runner.show_recorded(Some(turn));
                     let reply = slot.runner.call_arbitration(&request.level);
                     slot.runner.show_recorded(None);
                     slot.arbitration_result = Some((request.group, request.ticket, reply));
                 }
             }
-            (Turn::ARBITRATED, StepKind::Checked) => {
+            (TurnKind::Arbitrated { .. }, StepKind::Checked) => {
                 if let Some((group, ticket, reply)) = slot.arbitration_result.take() {
                     engine.rules.report_arbitration(group, ticket, reply);
                 }
             }
-            (Turn::TOUCHED, StepKind::CheckCall) => match self.recorded_run.gesture(turn.detail) {
-                Some((by, gesture)) => {
-                    slot.runner.show_recorded(Some(turn));
-                    slot.gesture_error = slot.runner.repeat_gesture(&by, &gesture).err();
-                    slot.runner.show_recorded(None);
-                    if turn.failed.order == 0 {
-                        slot.report_gesture_error();
+            (TurnKind::Touched { number: touched }, StepKind::CheckCall) => {
+                match self.recorded_run.gesture(touched) {
+                    Some((by, gesture)) => {
+                        slot.runner.show_recorded(Some(turn));
+                        slot.gesture_error = slot.runner.repeat_gesture(&by, &gesture).err();
+                        slot.runner.show_recorded(None);
+                        if turn.failed.order == 0 {
+                            slot.report_gesture_error();
+                        }
                     }
+                    None => drop(
+                        self.unknown
+                            .insert(format!("the panel of {}", engine.name(number))),
+                    ),
                 }
-                None => drop(
-                    self.unknown
-                        .insert(format!("the panel of {}", engine.name(number))),
-                ),
-            },
-            (Turn::TOUCHED, StepKind::Failed) => slot.report_gesture_error(),
-            (Turn::CYCLED, part) => {
+            }
+            (TurnKind::Touched { .. }, StepKind::Failed) => slot.report_gesture_error(),
+            (TurnKind::Cycled(_), part) => {
                 if slot.follows_recording {
                     slot.apply_cycle_step(engine, part, &step.turn);
                 }
@@ -334,7 +346,7 @@ impl Player {
     }
 
     /// Applies a recorded action of a father on a child or a group, which he requested in his iteration.
-    fn apply_father_action(&mut self, father: usize, turn: &Turn) {
+    fn apply_father_operation(&mut self, father: usize, operation: FatherOperation) {
         let permitted_turn = self
             .slots
             .get(father)
@@ -347,7 +359,7 @@ impl Player {
         };
         slot.run_iteration(&self.engine);
         let mut actions = slot.father_actions.iter();
-        if let Some(place) = actions.position(|action| action.encode() == (turn.way, turn.detail)) {
+        if let Some(place) = actions.position(|action| action.operation() == operation) {
             // The requests before it had no effect in the recorded run.
             for action in slot.father_actions.drain(..=place) {
                 self.engine.apply_father_action(action);
@@ -355,42 +367,49 @@ impl Player {
         }
     }
 
-    fn apply_operator_action(&mut self, number: usize, turn: &RecordedTurn) {
-        let (id, by, operators) = (SchemaId(turn.schema), decode(turn.detail), &self.engine.operators);
-        match turn.way {
-            Turn::PLAYED => operators.repeat_operation(by, Operator::Play(id)),
-            Turn::STOPPED => operators.repeat_operation(by, Operator::Stop(id)),
-            Turn::FORCED => operators.repeat_operation(by, Operator::Force(id)),
-            Turn::RELEASED => operators.repeat_operation(by, Operator::Release(id)),
-            Turn::UNLOADED => operators.repeat_unload(by, number),
-            Turn::LOADED => operators.repeat_load(number),
-            Turn::ALL_STOPPED => operators.repeat_stop_all(by),
-            Turn::ALL_RELEASED => operators.repeat_release_all(),
-            Turn::UNDONE => operators.repeat_undo(by, number),
-            Turn::DEBUGGED => self.engine.rules.set_debugged(number, true),
-            Turn::WENT_ON => self.engine.rules.set_debugged(number, false),
-            Turn::FAILED_EXPORT | Turn::REPAIRED_EXPORT => {
-                self.engine.operators.repeat_export(number, turn, &turn.ports);
+    fn apply_operation(&mut self, number: usize, operation: Operation, turn: &RecordedTurn) {
+        let (id, operators) = (SchemaId(turn.schema), &self.engine.operators);
+        match operation {
+            // The original operator was informed.
+            Operation::Refused => {}
+            Operation::Played(by) => operators.repeat_operation(by, Operator::Play(id)),
+            Operation::Stopped(by) => operators.repeat_operation(by, Operator::Stop(id)),
+            Operation::Forced(by) => operators.repeat_operation(by, Operator::Force(id)),
+            Operation::Released(by) => operators.repeat_operation(by, Operator::Release(id)),
+            Operation::Unloaded(by) => operators.repeat_unload(by, number),
+            Operation::Loaded => operators.repeat_load(number),
+            Operation::AllStopped(by) => operators.repeat_stop_all(by),
+            Operation::AllReleased => operators.repeat_release_all(),
+            Operation::Undone(by) => operators.repeat_undo(by, number),
+            Operation::Debugged => self.engine.rules.set_debugged(number, true),
+            Operation::WentOn => self.engine.rules.set_debugged(number, false),
+            Operation::FailedExport { port } => {
+                let fault = SensorFault::from_words(&turn.ports);
+                operators.repeat_export(number, port as usize, fault, turn.checked.time);
             }
-            Turn::WROTE => {
-                let Some(instance) = self.engine.application.instances.get(number) else {
-                    return;
-                };
-                let variable = match turn.detail {
-                    Turn::PERIOD => Some(Arc::clone(self.engine.variables.period(number))),
-                    port => self.engine.variables.of(number, port as usize).cloned(),
-                };
-                let Some(variable) = variable else {
-                    return;
-                };
-                let name = variable.describe().full_name();
-                debug_assert!(name.starts_with(&instance.name));
-                match self.recorded_run.written_value(&name, turn.port(0)) {
-                    Some(bytes) => self.engine.operators.repeat_write(&variable, &bytes),
-                    None => drop(self.unknown.insert(name)),
-                }
+            Operation::RepairedExport { port } => {
+                operators.repeat_export(number, port as usize, None, turn.checked.time);
             }
-            _ => {}
+            Operation::Wrote(port) => self.apply_write(number, port, turn),
+        }
+    }
+
+    fn apply_write(&mut self, number: usize, port: WrittenPort, turn: &RecordedTurn) {
+        let Some(instance) = self.engine.application.instances.get(number) else {
+            return;
+        };
+        let variable = match port {
+            WrittenPort::Period => Some(Arc::clone(self.engine.variables.period(number))),
+            WrittenPort::Port(port) => self.engine.variables.of(number, port as usize).cloned(),
+        };
+        let Some(variable) = variable else {
+            return;
+        };
+        let name = variable.describe().full_name();
+        debug_assert!(name.starts_with(&instance.name));
+        match self.recorded_run.written_value(&name, turn.port(0)) {
+            Some(bytes) => self.engine.operators.repeat_write(&variable, &bytes),
+            None => drop(self.unknown.insert(name)),
         }
     }
 

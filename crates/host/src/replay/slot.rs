@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
-use jde_records::turn::{RecordedTurn, Turn};
+use jde_records::turn::RecordedTurn;
 
 use super::recorded_run::StepKind;
 use crate::engine::{Engine, FatherAction};
@@ -102,9 +102,9 @@ impl ReplaySlot {
 
     /// Takes the pending arbitration to which a recorded turn replied, or a newer one of the same group,
     /// since the request may have been repeated before that turn. Older ones of the group are void.
-    pub(super) fn take_arbitration(&mut self, turn: &Turn) -> Option<PendingArbitration> {
-        let same_group = |request: &PendingArbitration| u64::from(request.group.0) == turn.detail;
-        let same_ticket = |request: &PendingArbitration| same_group(request) && request.ticket == turn.ticket;
+    pub(super) fn take_arbitration(&mut self, group: u64, ticket: u64) -> Option<PendingArbitration> {
+        let same_group = |request: &PendingArbitration| u64::from(request.group.0) == group;
+        let same_ticket = |request: &PendingArbitration| same_group(request) && request.ticket == ticket;
         let place = self
             .arbitrations
             .iter()

@@ -1,15 +1,16 @@
 //! The arbitration of a father among his children, when the rules request it.
 
 use jde_core::{ArbitrationReply, GroupId, Level};
-use jde_records::turn::Turn;
+use jde_records::turn::TurnKind;
 
 use super::Runner;
 
 impl Runner {
     /// Calls the father's own arbitration, and reports the reply to the rules at once.
     pub(crate) fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
-        let turn = self.record.begin(Turn::ARBITRATED);
-        (turn.detail, turn.ticket) = (u64::from(group.0), ticket);
+        let group_number = u64::from(group.0);
+        let turn = self.record.begin(TurnKind::Arbitrated { group: group_number });
+        turn.ticket = ticket;
         self.engine.metrics[self.number].begin_arbitration(ticket, self.engine.clock.now());
         let reply = self.call_arbitration(level);
         let failed = match &reply {

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use jde_abi::describe::Kind;
 use jde_core::{Check, Nanos};
 use jde_records::event::What;
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{Moment, Permission, TurnKind};
 
 use super::Runner;
 use super::deadlines::{Deadlines, TurnEnd, Work};
@@ -103,10 +103,11 @@ impl Runner {
             None => return,
         };
         self.record.turn.begun = begun;
-        self.record.turn.way = match request {
-            IterationRequest::Any | IterationRequest::Repeat => Turn::ANY,
-            IterationRequest::First => Turn::FIRST,
+        let permission = match request {
+            IterationRequest::Any | IterationRequest::Repeat => Permission::Any,
+            IterationRequest::First => Permission::First,
         };
+        self.record.turn.set_kind(TurnKind::Cycled(Some(permission)));
         if is_permitted {
             self.last_iteration = now + 1;
             let result = self.iterate();

@@ -3,7 +3,7 @@
 
 use jde_core::Nanos;
 use jde_loader::build;
-use jde_records::turn::Turn;
+use jde_records::turn::TurnKind;
 
 use super::Runner;
 use super::deadlines::{Deadlines, Lateness};
@@ -32,7 +32,7 @@ impl Runner {
         let now = self.engine.clock.now();
         let early = self.engine.stagger(self.number);
         let deadlines = Deadlines::of_awakening(woken, early, self.period, now);
-        self.record.begin(Turn::AWOKE);
+        self.record.begin(TurnKind::Awoke);
         // One of before its sleep.
         self.engine.end_turn_request(self.number);
         self.engine.variables.open_exports(self.number);
@@ -50,7 +50,7 @@ impl Runner {
         let Some((installed, awake)) = self.phase.take_awake() else {
             return;
         };
-        self.record.begin(Turn::SLEPT);
+        self.record.begin(TurnKind::Slept);
         let result = self.put_to_sleep(installed);
         self.record_look();
         if let Err(reason) = result

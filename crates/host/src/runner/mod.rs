@@ -23,7 +23,7 @@ use std::time::Instant;
 use jde_abi::describe::Kind;
 use jde_core::Nanos;
 use jde_loader::build::Build;
-use jde_records::turn::Turn;
+use jde_records::turn::TurnKind;
 
 use crate::engine::Engine;
 use crate::inbox::Inbox;
@@ -136,7 +136,7 @@ impl Runner {
         let now = self.engine.clock.now();
         if let Some(awake) = self.phase.awake() {
             let deadlines = awake.deadlines;
-            self.record.begin(Turn::CYCLED);
+            self.record.begin(TurnKind::Cycled(None));
             if is_resting {
                 awake
                     .rested

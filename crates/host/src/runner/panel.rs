@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_records::turn::Turn;
+use jde_records::turn::TurnKind;
 
 use super::Runner;
 use super::deadlines::Work;
@@ -22,7 +22,7 @@ impl Runner {
             return self.engine.report_undelivered(self.number, 1);
         };
         let number = self.engine.report_gesture(&by, self.number, &gesture);
-        self.record.begin(Turn::TOUCHED).detail = number;
+        self.record.begin(TurnKind::Touched { number });
         let result = instance.touch(&by, &gesture);
         self.record.add_look(instance);
         if let Err(reason) = result {

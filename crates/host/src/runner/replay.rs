@@ -6,7 +6,7 @@ use std::sync::Arc;
 use jde_board::{Reader, Variable};
 use jde_core::Nanos;
 use jde_panel::Gesture;
-use jde_records::turn::{RecordedTurn, Turn};
+use jde_records::turn::{Permission, RecordedTurn, Turn, TurnKind};
 
 use super::Runner;
 use super::deadlines::Deadlines;
@@ -71,8 +71,10 @@ impl Runner {
     /// Requests permission to iterate, in the way of that turn.
     pub(crate) fn repeat_begin(&mut self, turn: &Turn) -> bool {
         self.is_awake()
-            && match turn.way {
-                Turn::FIRST => self.engine.rules.request_first_iteration(self.number).0,
+            && match turn.kind() {
+                TurnKind::Cycled(Some(Permission::First)) => {
+                    self.engine.rules.request_first_iteration(self.number).0
+                }
                 _ => self.engine.rules.request_iteration(self.number).0,
             }
     }

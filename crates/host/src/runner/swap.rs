@@ -9,7 +9,7 @@ use std::time::Instant;
 use jde_core::Nanos;
 use jde_loader::instance::SavedMemory;
 use jde_records::reload::{CarriedMemory, Replacement};
-use jde_records::turn::Turn;
+use jde_records::turn::{Exchange, TurnKind};
 
 use super::Runner;
 use super::deadlines::Lateness;
@@ -56,7 +56,7 @@ impl Runner {
                     },
                     notes: swap.notes.clone(),
                 };
-                self.record.forward_swap(Turn::TOOK_OVER, now);
+                self.record.forward_swap(Exchange::New, now);
                 self.engine.report_reload(self.number, &takeover);
                 self.engine.builds.mark_done(self.number, takeover);
                 self.takeover_pending = true;
@@ -92,7 +92,7 @@ impl Runner {
         let result = resumed.and_then(|(previous, result)| {
             self.install(previous, None, awake);
             let now = self.engine.clock.now();
-            self.record.forward_swap(Turn::ROLLED_BACK, now);
+            self.record.forward_swap(Exchange::Before, now);
             result
         });
         if let Err(reason) = &result {
@@ -145,7 +145,7 @@ impl Runner {
                 };
                 self.phase = Phase::new(installed, awake);
                 if let Some(fault) = fault {
-                    self.record.begin(Turn::CYCLED);
+                    self.record.begin(TurnKind::Cycled(None));
                     self.fault(fault);
                     self.record.finish();
                 }

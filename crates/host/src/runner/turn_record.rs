@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jde_core::Nanos;
-use jde_records::turn::{Call, Moment, Turn};
+use jde_records::turn::{Call, Exchange, Moment, Permission, Turn, TurnKind};
 
 use crate::instance::{Instance, PortWrite, TurnOverflow};
 use crate::journal::Journal;
@@ -22,21 +22,17 @@ impl TurnRecord {
     pub(super) fn new(schema: usize, journal: Option<Arc<Journal>>, is_replayed: bool) -> Self {
         Self {
             has_calls: journal.is_some() || is_replayed,
-            turn: Turn::new(Turn::CYCLED, schema),
+            turn: Turn::new(TurnKind::Cycled(None), schema),
             overflow: TurnOverflow::default(),
             journal,
         }
     }
 
     /// Starts the record of a turn of that kind.
-    pub(super) fn begin(&mut self, kind: u8) -> &mut Turn {
+    pub(super) fn begin(&mut self, kind: TurnKind) -> &mut Turn {
         // A turn is large, and most runs record none.
         if self.journal.is_some() {
-            self.turn = Turn {
-                kind,
-                schema: self.turn.schema,
-                ..Turn::default()
-            };
+            self.turn = Turn::new(kind, self.turn.schema as usize);
             self.overflow.ports.clear();
         }
         &mut self.turn
@@ -60,7 +56,7 @@ impl TurnRecord {
     /// rules before the check.
     pub(super) fn add_combined(&mut self, instance: &Instance, begun: Moment, iterated: bool) {
         self.turn.begun = begun;
-        self.turn.way = Turn::ANY;
+        self.turn.set_kind(TurnKind::Cycled(Some(Permission::Any)));
         if self.has_calls {
             let call = instance.copy_last_call(&mut self.turn, &mut self.overflow);
             let Moment { order, time } = begun;
@@ -81,24 +77,20 @@ impl TurnRecord {
             if !self.turn.is_empty() {
                 journal.forward_with_ports(&self.turn, &self.overflow.ports);
             }
-            self.begin(Turn::CYCLED);
+            self.begin(TurnKind::Cycled(None));
         }
     }
 
-    /// Forwards that another build takes the turns from now on, in that way.
-    pub(super) fn forward_swap(&self, way: u8, now: Nanos) {
+    /// Forwards that another build takes the turns from now on.
+    pub(super) fn forward_swap(&self, exchange: Exchange, now: Nanos) {
         if let Some(journal) = &self.journal {
-            journal.forward(&Turn {
-                kind: Turn::RELOADED,
-                way,
-                schema: self.turn.schema,
-                looked: Call {
-                    after: journal.last(),
-                    time: now,
-                    clock: now,
-                },
-                ..Turn::default()
-            });
+            let mut turn = Turn::new(TurnKind::Reloaded(exchange), self.turn.schema as usize);
+            turn.looked = Call {
+                after: journal.last(),
+                time: now,
+                clock: now,
+            };
+            journal.forward(&turn);
         }
     }
 

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_core::{Health, State};
 use jde_host::{Options, StartError};
-use jde_records::event::{Event, Occurrence, Outcome, StateChange, What};
+use jde_records::event::{Event, Outcome, StateChange, What};
 
 use crate::common::{Call, Executor, LIVE, Language, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -89,16 +89,11 @@ fn start(
 fn faults(app: &TestApp, name: &str) -> Vec<String> {
     let index = app.index(name);
     let events = app.scenario.events().into_iter();
-    let reasons = events.filter_map(|event| match event {
-        Event::Other(Occurrence {
-            what:
-                What::HealthChanged {
-                    schema,
-                    health: Health::Faulted(reason),
-                    ..
-                },
-            ..
-        }) if schema == index => Some(reason),
+    let reasons = events.filter_map(|event| match event.what()? {
+        What::HealthChanged {
+            schema,
+            health: Health::Faulted(reason),
+        } if *schema == index => Some(reason.clone()),
         _ => None,
     });
     reasons.collect()

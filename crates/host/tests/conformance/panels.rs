@@ -7,7 +7,7 @@ use jde_core::Health;
 use jde_host::{Options, PanelError, PanelViewGuard};
 use jde_panel::PanelFrame;
 use jde_panel::{Gesture, Item, Touch};
-use jde_records::turn::{OnTurn, Turn};
+use jde_records::turn::{OnTurn, Turn, TurnKind};
 
 use crate::common::{Call, Executor, Io, Language, MS, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -418,8 +418,9 @@ fn r16_viewers_change_no_decision() {
     );
     assert_eq!(lines, viewed_lines);
     assert_eq!(events, viewed_events);
-    let reads_input =
-        |turn: &Turn| turn.kind == Turn::CYCLED && turn.inputs.iter().any(|input| *input != Turn::NO_VALUE);
+    let reads_input = |turn: &Turn| {
+        matches!(turn.kind(), TurnKind::Cycled(_)) && turn.inputs.iter().any(|input| *input != Turn::NO_VALUE)
+    };
     assert!(viewed_turns.iter().any(reads_input), "some turns read imports");
     assert_eq!(turns, viewed_turns, "viewers do not change the inputs of a turn");
 }

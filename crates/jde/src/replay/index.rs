@@ -8,7 +8,7 @@ use std::sync::Arc;
 use jde_core::Nanos;
 use jde_log::{Channel, LeftOut, Message, Messages, RecordedHierarchy, RecordedVariables, Recording, record};
 use jde_records::RunRecord;
-use jde_records::turn::{Call, Turn};
+use jde_records::turn::{Call, Turn, TurnKind};
 use jde_ros::cdr;
 use jde_types::Value as _;
 
@@ -230,7 +230,7 @@ fn read_entry(
     if topic == TURNS_TOPIC {
         let bytes = cdr::decode(&Turn::describe(), &message.data).ok()?;
         let turn = Turn::from_bytes(&bytes)?;
-        return (turn.kind == Turn::CYCLED).then_some(Entry::Cycle(Cycle {
+        return matches!(turn.kind(), TurnKind::Cycled(_)).then_some(Entry::Cycle(Cycle {
             time: published,
             schema: turn.schema as usize,
             iterated: turn.acted != Call::default(),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use jde_app::{Application, Binding};
 use jde_core::Nanos;
 use jde_host::replay::format_value;
-use jde_records::turn::Turn;
+use jde_records::turn::{Turn, TurnKind};
 use jde_ros::cdr;
 use jde_types::Value;
 
@@ -218,7 +218,7 @@ impl Drive {
                 turns += 1;
                 let turn = cdr::decode(&turn_type, &message.data).ok();
                 let turn = turn.and_then(|bytes| Turn::from_bytes(&bytes));
-                started |= turn.is_some_and(|turn| turn.kind == Turn::STARTED);
+                started |= turn.is_some_and(|turn| turn.kind() == TurnKind::Started);
                 if !started && turns == FIRST_TURNS {
                     break;
                 }

@@ -10,7 +10,7 @@ use jde_core::Nanos;
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
 use jde_panel::Gesture;
 use jde_records::event::{Occurrence, What};
-use jde_records::turn::{INPUTS, RecordedTurn, Turn};
+use jde_records::turn::{INPUTS, RecordedTurn, Turn, TurnKind};
 use jde_records::{Decision, RunRecord};
 use jde_ros::{cdr, definition};
 use jde_types::Value;
@@ -323,10 +323,10 @@ impl Inner {
         let Some(turn) = Turn::from_bytes(&bytes) else {
             return;
         };
-        if turn.kind == Turn::MORE_PORTS {
+        if let TurnKind::MorePorts { first } = turn.kind() {
             // A series that starts again belongs to another turn.
             let ports = self.extra_ports.entry(turn.schema).or_default();
-            ports.truncate((turn.detail as usize).saturating_sub(INPUTS));
+            ports.truncate((first as usize).saturating_sub(INPUTS));
             ports.extend_from_slice(&turn.inputs);
             return;
         }
@@ -335,7 +335,7 @@ impl Inner {
         let has_ports = turn.inputs.len() == INPUTS;
         self.partial += u64::from(has_ports && ports.len() != self.translation.recorded_ports(turn.schema));
         let turn = self.translation.of(RecordedTurn { turn, ports });
-        if turn.kind == Turn::RELOADED {
+        if matches!(turn.kind(), TurnKind::Reloaded(_)) {
             self.reloads.push((turn.schema, turn.time()));
         }
         self.steps.put(&Arc::new(turn));

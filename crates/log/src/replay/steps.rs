@@ -101,7 +101,7 @@ impl Steps {
 
 #[cfg(test)]
 mod tests {
-    use jde_records::turn::{Call, Moment, Turn};
+    use jde_records::turn::{Call, Moment, Turn, TurnKind};
 
     use super::*;
 
@@ -111,28 +111,24 @@ mod tests {
     }
 
     fn tick(order: u64, time: Nanos) -> Arc<RecordedTurn> {
-        recorded(Turn {
-            kind: Turn::TICKED,
-            checked: Moment { order, time },
-            ..Turn::default()
-        })
+        let mut turn = Turn::new(TurnKind::Ticked, 0);
+        turn.checked = Moment { order, time };
+        recorded(turn)
     }
 
     /// Returns a turn that reads after transaction `after` and reports to the rules in transaction `checked`.
     fn check(after: u64, checked: u64, time: Nanos) -> Arc<RecordedTurn> {
-        recorded(Turn {
-            kind: Turn::CYCLED,
-            looked: Call {
-                after,
-                time,
-                clock: time,
-            },
-            checked: Moment {
-                order: checked,
-                time: time + 5,
-            },
-            ..Turn::default()
-        })
+        let mut turn = Turn::new(TurnKind::Cycled(None), 0);
+        turn.looked = Call {
+            after,
+            time,
+            clock: time,
+        };
+        turn.checked = Moment {
+            order: checked,
+            time: time + 5,
+        };
+        recorded(turn)
     }
 
     fn orders(steps: &mut Steps, end: RecordingEnd) -> Vec<(u64, bool)> {

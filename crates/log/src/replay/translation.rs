@@ -3,7 +3,7 @@
 //! schema.
 
 use jde_app::Application;
-use jde_records::turn::{RecordedTurn, Turn};
+use jde_records::turn::{FatherOperation, Operation, RecordedTurn, Turn, TurnKind, WrittenPort};
 
 use super::Drive;
 
@@ -19,6 +19,14 @@ struct SchemaMapping {
     number: u32,
     /// For each port of the application, the index of the one in the recording.
     ports: Vec<Option<usize>>,
+}
+
+impl SchemaMapping {
+    fn port(&self, recorded: u64) -> u64 {
+        let mut ports = self.ports.iter();
+        let port = ports.position(|port| *port == Some(recorded as usize));
+        port.map_or(u64::MAX, |port| port as u64)
+    }
 }
 
 impl Translation {
@@ -53,39 +61,19 @@ impl Translation {
     /// Translates a turn.
     pub(super) fn of(&self, recorded: RecordedTurn) -> RecordedTurn {
         let RecordedTurn { mut turn, ports } = recorded;
-        match turn.kind {
-            Turn::STARTED | Turn::TICKED | Turn::ENDED => return RecordedTurn { turn, ports },
-            Turn::ARBITRATED => {
-                turn.detail = self.group(turn.detail);
-            }
-            _ => {}
+        let kind = turn.kind();
+        if matches!(kind, TurnKind::Started | TurnKind::Ticked | TurnKind::Ended) {
+            return RecordedTurn { turn, ports };
         }
         let Some(member) = self.schemas.get(turn.schema as usize).and_then(Option::as_ref) else {
             // Its transactions keep their place in the order, and belong to no schema.
-            (turn.kind, turn.schema) = (0, u32::MAX);
+            turn.set_kind(TurnKind::Unknown);
+            turn.schema = u32::MAX;
             return RecordedTurn { turn, ports };
         };
         turn.schema = member.number;
-        if turn.kind == Turn::FATHER_ACTED && turn.way == Turn::CHANGED_POLICY {
-            turn.detail = self.group(turn.detail);
-            return RecordedTurn { turn, ports };
-        }
-        if turn.kind == Turn::FATHER_ACTED {
-            let child = usize::try_from(turn.detail)
-                .ok()
-                .and_then(|child| self.schemas.get(child)?.as_ref());
-            turn.detail = child.map_or(u64::MAX, |child| u64::from(child.number));
-            return RecordedTurn { turn, ports };
-        }
-        if turn.kind == Turn::OPERATED {
-            let name_a_port = [Turn::WROTE, Turn::FAILED_EXPORT, Turn::REPAIRED_EXPORT];
-            if name_a_port.contains(&turn.way) && turn.detail != Turn::PERIOD {
-                let port = member
-                    .ports
-                    .iter()
-                    .position(|recorded| *recorded == Some(turn.detail as usize));
-                turn.detail = port.map_or(u64::MAX, |port| port as u64);
-            }
+        turn.set_kind(self.kind(kind, member));
+        if matches!(kind, TurnKind::FatherActed(_) | TurnKind::Operated(_)) {
             return RecordedTurn { turn, ports };
         }
         let reading = |port: &Option<usize>| port.and_then(|port| ports.get(port).copied());
@@ -95,6 +83,44 @@ impl Translation {
             .map(|port| reading(port).unwrap_or(Turn::UNUSED));
         let ports = ports.collect();
         RecordedTurn { turn, ports }
+    }
+
+    /// Translates what a turn of a schema was.
+    fn kind(&self, kind: TurnKind, member: &SchemaMapping) -> TurnKind {
+        let operated = |operation| TurnKind::Operated(operation);
+        match kind {
+            TurnKind::Arbitrated { group } => TurnKind::Arbitrated {
+                group: self.group(group),
+            },
+            TurnKind::FatherActed(operation) => TurnKind::FatherActed(match operation {
+                FatherOperation::Woke { child } => FatherOperation::Woke {
+                    child: self.child(child),
+                },
+                FatherOperation::PutToSleep { child } => FatherOperation::PutToSleep {
+                    child: self.child(child),
+                },
+                FatherOperation::ChangedPolicy { group } => FatherOperation::ChangedPolicy {
+                    group: self.group(group),
+                },
+            }),
+            TurnKind::Operated(Operation::Wrote(WrittenPort::Port(port))) => {
+                operated(Operation::Wrote(WrittenPort::Port(member.port(port))))
+            }
+            TurnKind::Operated(Operation::FailedExport { port }) => operated(Operation::FailedExport {
+                port: member.port(port),
+            }),
+            TurnKind::Operated(Operation::RepairedExport { port }) => operated(Operation::RepairedExport {
+                port: member.port(port),
+            }),
+            other => other,
+        }
+    }
+
+    fn child(&self, recorded: u64) -> u64 {
+        let child = usize::try_from(recorded)
+            .ok()
+            .and_then(|child| self.schemas.get(child)?.as_ref());
+        child.map_or(u64::MAX, |child| u64::from(child.number))
     }
 
     fn group(&self, recorded: u64) -> u64 {

@@ -2,7 +2,7 @@
 //! driver, whose turns are not recorded, the times of its exports are used.
 
 use jde_core::Nanos;
-use jde_records::turn::Turn;
+use jde_records::turn::{Permission, Turn, TurnKind};
 
 use super::columns::Columns;
 use super::durations::Durations;
@@ -38,12 +38,12 @@ impl SchemaTiming {
 
     /// Records a turn.
     pub(crate) fn add_turn(&mut self, columns: Columns, turn: &Turn) {
-        match turn.kind {
-            Turn::CYCLED => {}
-            Turn::AWOKE | Turn::SLEPT => return self.pause(columns),
+        let permission = match turn.kind() {
+            TurnKind::Cycled(permission) => permission,
+            TurnKind::Awoke | TurnKind::Slept => return self.pause(columns),
             // A father arbitrates between two of its iterations, and gestures on a panel are delivered there.
             _ => return,
-        }
+        };
         self.cycles += 1;
         let begun = if turn.looked.has_occurred() {
             turn.looked.clock
@@ -53,12 +53,12 @@ impl SchemaTiming {
         self.busy.add(turn.time().saturating_sub(begun));
         let acted = turn.acted.has_occurred();
         self.iterations += u64::from(acted);
-        match (turn.way, acted) {
+        match (permission, acted) {
             // The first iteration after a takeover occurs at once, between two deadlines.
-            (Turn::FIRST, true) => self.pause(columns),
+            (Some(Permission::First), true) => self.pause(columns),
             (_, true) => self.add_start(columns, begun),
             // The deadline came, and the schema was not WINNER.
-            (Turn::ANY, false) => self.pause(columns),
+            (Some(Permission::Any), false) => self.pause(columns),
             // A new value triggered a check before the deadline (R12).
             (_, false) => {}
         }
@@ -83,7 +83,7 @@ impl SchemaTiming {
 
 #[cfg(test)]
 mod tests {
-    use jde_records::turn::Call;
+    use jde_records::turn::{Call, Exchange};
 
     use super::*;
 
@@ -95,13 +95,9 @@ mod tests {
         }
     }
 
-    fn turn(ms: u64, way: u8, acts: bool) -> Turn {
-        let mut turn = Turn {
-            kind: Turn::CYCLED,
-            way,
-            looked: call(ms),
-            ..Turn::default()
-        };
+    fn turn(ms: u64, permission: Permission, acts: bool) -> Turn {
+        let mut turn = Turn::new(TurnKind::Cycled(Some(permission)), 0);
+        turn.looked = call(ms);
         if acts {
             turn.acted = call(ms + 1);
             turn.ended.time = (ms + 3) * 1_000_000;
@@ -121,7 +117,7 @@ mod tests {
             (400, true),
             (500, true),
         ] {
-            work.add_turn(columns, &turn(ms, Turn::ANY, acts));
+            work.add_turn(columns, &turn(ms, Permission::Any, acts));
         }
         assert_eq!((work.cycles, work.iterations), (6, 5));
         assert_eq!((work.periods.count(), work.periods.worst()), (3, Some(110e6)));
@@ -133,7 +129,7 @@ mod tests {
     fn r12_a_check_triggered_by_a_value_is_not_a_pause() {
         let columns = Columns::new(0, 1_000_000_000, 10);
         let mut work = SchemaTiming::new(columns);
-        let (any, first) = (Turn::ANY, Turn::FIRST);
+        let (any, first) = (Permission::Any, Permission::First);
         let turns = [
             // A takeover between two deadlines; no period yet.
             (60, first, true),
@@ -149,8 +145,8 @@ mod tests {
             (300, any, true),
             (375, any, true),
         ];
-        for (ms, way, acts) in turns {
-            work.add_turn(columns, &turn(ms, way, acts));
+        for (ms, permission, acts) in turns {
+            work.add_turn(columns, &turn(ms, permission, acts));
         }
         assert_eq!((work.cycles, work.iterations), (11, 7));
         assert_eq!(work.periods.count(), 3);
@@ -162,18 +158,23 @@ mod tests {
     fn r4_a_father_that_arbitrates_keeps_its_period() {
         let columns = Columns::new(0, 1_000_000_000, 10);
         let mut work = SchemaTiming::new(columns);
-        let other = |kind| Turn {
-            kind,
-            ..turn(130, 0, false)
+        let other = |kind| {
+            let mut turn = turn(130, Permission::Any, false);
+            turn.set_kind(kind);
+            turn
         };
-        work.add_turn(columns, &turn(100, Turn::ANY, true));
-        for kind in [Turn::ARBITRATED, Turn::TOUCHED, Turn::RELOADED] {
+        work.add_turn(columns, &turn(100, Permission::Any, true));
+        for kind in [
+            TurnKind::Arbitrated { group: 0 },
+            TurnKind::Touched { number: 1 },
+            TurnKind::Reloaded(Exchange::New),
+        ] {
             work.add_turn(columns, &other(kind));
         }
-        work.add_turn(columns, &turn(200, Turn::ANY, true));
+        work.add_turn(columns, &turn(200, Permission::Any, true));
         assert_eq!(work.periods.worst(), Some(100e6));
-        work.add_turn(columns, &other(Turn::SLEPT));
-        work.add_turn(columns, &turn(300, Turn::ANY, true));
+        work.add_turn(columns, &other(TurnKind::Slept));
+        work.add_turn(columns, &turn(300, Permission::Any, true));
         assert_eq!((work.periods.count(), work.iterations), (1, 3));
     }
 }

@@ -5,10 +5,10 @@
 //! entirely.
 
 use jde_core::{Effect, Hierarchy, Holder, Nanos, Operator, Refused, SchemaId};
-use jde_records::turn::Turn;
+use jde_records::turn::Operation;
 
 use super::holds::Actor;
-use super::{Operators, encode, schema};
+use super::{Operators, schema};
 
 impl Operators {
     /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration
@@ -20,9 +20,11 @@ impl Operators {
             holder = self.holds().holder(hierarchy, by);
             self.stop_roots(hierarchy, now, out, holder)
         });
-        let way = if done.is_ok() { Turn::ALL_STOPPED } else { 0 };
-        self.rules
-            .record_detailed_turn(Turn::OPERATED, 0, way, encode(holder), moment);
+        let stopped = match done {
+            Ok(_) => Operation::AllStopped(holder),
+            Err(_) => Operation::Refused,
+        };
+        self.record_operation(0, stopped, moment);
         self.report_operations(&by.name, done, Operator::Stop)
     }
 
@@ -31,8 +33,11 @@ impl Operators {
         let (done, moment) = self
             .rules
             .transact_recorded(|hierarchy, now, out| hierarchy.release_all(now, out));
-        let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
-        self.rules.record_turn(Turn::OPERATED, 0, way, moment);
+        let released = match done {
+            Ok(_) => Operation::AllReleased,
+            Err(_) => Operation::Refused,
+        };
+        self.record_operation(0, released, moment);
         self.report_operations(&by.name, done, Operator::Release)
     }
 

@@ -7,7 +7,7 @@ use jde_abi::describe::Role;
 use jde_board::Variable;
 use jde_core::Nanos;
 use jde_records::event::OperatorAction;
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{Moment, Operation, Turn, TurnKind};
 
 use super::Operators;
 use super::holds::Actor;
@@ -84,13 +84,16 @@ impl Operators {
 
     /// Repeats a failure or a repair, in a replay. Values of drivers come from the recording, and have failed
     /// already.
-    pub(crate) fn repeat_export(&self, instance: usize, turn: &Turn, words: &[u32]) {
-        let port = turn.detail as usize;
-        match SensorFault::from_words(words) {
-            Some(fault) if turn.way == Turn::FAILED_EXPORT => {
-                self.set_fault(instance, port, fault, turn.checked.time);
-            }
-            _ => self.variables.faults(instance).repair(port),
+    pub(crate) fn repeat_export(
+        &self,
+        instance: usize,
+        port: usize,
+        fault: Option<SensorFault>,
+        time: Nanos,
+    ) {
+        match fault {
+            Some(fault) => self.set_fault(instance, port, fault, time),
+            None => self.variables.faults(instance).repair(port),
         }
     }
 
@@ -106,26 +109,23 @@ impl Operators {
     }
 
     fn begin_fault(&self, instance: usize, port: usize, fault: SensorFault) {
-        let time = self.record_export(instance, port, Turn::FAILED_EXPORT, &fault.words());
+        let failed = Operation::FailedExport { port: port as u64 };
+        let time = self.record_export(instance, failed, &fault.words());
         self.set_fault(instance, port, fault, time);
     }
 
     fn end_fault(&self, instance: usize, port: usize) {
-        self.record_export(instance, port, Turn::REPAIRED_EXPORT, &[]);
+        self.record_export(instance, Operation::RepairedExport { port: port as u64 }, &[]);
         self.variables.faults(instance).repair(port);
     }
 
     /// Records a failure or a repair as a turn, before it takes effect. Returns its time.
-    fn record_export(&self, instance: usize, port: usize, way: u8, words: &[u32]) -> Nanos {
+    fn record_export(&self, instance: usize, operation: Operation, words: &[u32]) -> Nanos {
         let time = self.clock.now();
         if let Some(journal) = &self.journal {
             let order = journal.next();
-            let mut turn = Turn {
-                way,
-                detail: port as u64,
-                checked: Moment { order, time },
-                ..Turn::new(Turn::OPERATED, instance)
-            };
+            let mut turn = Turn::new(TurnKind::Operated(operation), instance);
+            turn.checked = Moment { order, time };
             turn.inputs.resize(words.len()).copy_from_slice(words);
             journal.forward(&turn);
         }

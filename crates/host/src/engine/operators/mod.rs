@@ -17,7 +17,7 @@ use jde_board::Board;
 use jde_core::{Effect, Hierarchy, HoldAction, Holder, Nanos, Operator, Refused};
 use jde_records::event::Loss;
 use jde_records::snapshot::{Hold, HoldKind};
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{Moment, Operation, TurnKind};
 
 use super::{Rules, Variables, schema};
 use crate::clock::Clock;
@@ -70,7 +70,7 @@ impl Operators {
                 done.map_err(|refused| self.refusal(&refused))
             })
         });
-        self.record_turn(instance, operator_code(operator), holder, moment);
+        self.record_operation(instance, operation(operator, holder), moment);
         done?;
         if let Operator::Release(_) = operator {
             self.restore_values(instance, |_| true);
@@ -103,8 +103,11 @@ impl Operators {
         let (held, moment, holder) = self.transact_as(by, |hierarchy, now, out, holder| {
             hierarchy.let_go(now, holder, schema(instance), out)
         });
-        let way = if held == Ok(false) { 0 } else { Turn::UNDONE };
-        self.record_turn(instance, way, holder, moment);
+        let undone = match held {
+            Ok(false) => Operation::Refused,
+            Ok(true) | Err(_) => Operation::Undone(holder),
+        };
+        self.record_operation(instance, undone, moment);
         let held = held.map_err(|refused| refused.to_string())?;
         let given_back = self.restore_values(instance, |actor| by.covers(actor));
         let repaired = self.repair_exports(instance, |actor| by.covers(actor));
@@ -129,9 +132,9 @@ impl Operators {
         (result, moment, holder)
     }
 
-    fn record_turn(&self, instance: usize, way: u8, by: Holder, moment: Moment) {
+    fn record_operation(&self, instance: usize, operation: Operation, moment: Moment) {
         self.rules
-            .record_detailed_turn(Turn::OPERATED, instance, way, encode(by), moment);
+            .record_turn(TurnKind::Operated(operation), instance, moment);
     }
 
     /// Describes a refusal, with the operator who holds and what ends that.
@@ -204,13 +207,13 @@ impl Operators {
     }
 }
 
-/// An operator's action, as turns encode it.
-fn operator_code(operator: Operator) -> u8 {
+/// An operator's action, as turns have it.
+fn operation(operator: Operator, by: Holder) -> Operation {
     match operator {
-        Operator::Play(_) => Turn::PLAYED,
-        Operator::Stop(_) => Turn::STOPPED,
-        Operator::Force(_) => Turn::FORCED,
-        Operator::Release(_) => Turn::RELEASED,
+        Operator::Play(_) => Operation::Played(by),
+        Operator::Stop(_) => Operation::Stopped(by),
+        Operator::Force(_) => Operation::Forced(by),
+        Operator::Release(_) => Operation::Released(by),
     }
 }
 
@@ -227,18 +230,5 @@ fn hold_kind(action: HoldAction) -> HoldKind {
         HoldAction::StoppedWithAll | HoldAction::Stopped => HoldKind::Stopped,
         HoldAction::Forced => HoldKind::Forced,
         HoldAction::Played => HoldKind::Played,
-    }
-}
-
-/// A holder, as turns encode it.
-fn encode(by: Holder) -> u64 {
-    u64::from(by.operator) << 1 | u64::from(by.leased)
-}
-
-/// Returns the holder that a turn encodes. Older recordings have the one that is unknown.
-pub(crate) fn decode(detail: u64) -> Holder {
-    Holder {
-        operator: u32::try_from(detail >> 1).unwrap_or_default(),
-        leased: detail & 1 == 1,
     }
 }

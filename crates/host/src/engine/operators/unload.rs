@@ -3,7 +3,7 @@
 
 use jde_core::{Effect, Health, Hierarchy, Holder, Nanos, State};
 use jde_records::event::{Loss, OperatorAction};
-use jde_records::turn::Turn;
+use jde_records::turn::Operation;
 
 use super::holds::Actor;
 use super::{Operators, schema};
@@ -18,8 +18,11 @@ impl Operators {
                 self.unload_within(hierarchy, now, out, holder, instance)
             })
         });
-        let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
-        self.record_turn(instance, way, holder, moment);
+        let unloaded = match done {
+            Ok(_) => Operation::Unloaded(holder),
+            Err(_) => Operation::Refused,
+        };
+        self.record_operation(instance, unloaded, moment);
         if done? {
             self.rules.signals.notify(instance);
         }
@@ -46,8 +49,11 @@ impl Operators {
         let (done, moment) = self
             .rules
             .transact_recorded(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
-        let way = if done.is_ok() { Turn::LOADED } else { 0 };
-        self.rules.record_turn(Turn::OPERATED, instance, way, moment);
+        let loaded = match done {
+            Ok(()) => Operation::Loaded,
+            Err(_) => Operation::Refused,
+        };
+        self.record_operation(instance, loaded, moment);
         done?;
         self.rules
             .report_operation(&by.name, OperatorAction::Load { schema: instance });

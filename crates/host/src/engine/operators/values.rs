@@ -8,7 +8,7 @@ use jde_board::value::{self, Value};
 use jde_board::{Access, Refused, Stamp, Variable};
 use jde_core::Nanos;
 use jde_records::event::OperatorAction;
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{Moment, Operation, Turn, TurnKind, WrittenPort};
 
 use super::holds::{Actor, Overwritten, PreviousValue};
 use super::{OPERATOR, Operators};
@@ -157,12 +157,13 @@ impl Operators {
             let ports = &self.application.instances[owner].schema.ports;
             let name = &variable.describe().name;
             let port = ports.iter().position(|port| port.name == *name);
-            let mut turn = Turn {
-                way: if put.is_ok() { Turn::WROTE } else { 0 },
-                detail: port.map_or(Turn::PERIOD, |port| port as u64),
-                checked: Moment { order, time },
-                ..Turn::new(Turn::OPERATED, owner)
+            let port = port.map_or(WrittenPort::Period, |port| WrittenPort::Port(port as u64));
+            let operation = match put {
+                Ok(_) => Operation::Wrote(port),
+                Err(_) => Operation::Refused,
             };
+            let mut turn = Turn::new(TurnKind::Operated(operation), owner);
+            turn.checked = Moment { order, time };
             turn.inputs.resize(1)[0] = put.as_ref().map_or(Turn::NO_VALUE, |sequence| *sequence as u32);
             journal.forward(&turn);
         }

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use jde_app::Application;
 use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId, State};
 use jde_records::event::Observer;
-use jde_records::turn::Turn;
+use jde_records::turn::{Operation, TurnKind};
 
 use super::{Variables, schema};
 use crate::clock::Clock;
@@ -173,8 +173,12 @@ impl Rules {
             self.signal_drivers(&mut rules, &drivers);
         }
         self.unlock(rules);
-        let way = if debugged { Turn::DEBUGGED } else { Turn::WENT_ON };
-        self.record_turn(Turn::OPERATED, instance, way, moment);
+        let operation = if debugged {
+            Operation::Debugged
+        } else {
+            Operation::WentOn
+        };
+        self.record_turn(TurnKind::Operated(operation), instance, moment);
     }
 
     /// Whether the application ends.
@@ -201,7 +205,7 @@ impl Rules {
     /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.
     pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
         let moment = self.transact_shutdown();
-        self.record_turn(Turn::ENDED, 0, 0, moment);
+        self.record_turn(TurnKind::Ended, 0, moment);
         self.lock().shutdown_order.replace(Vec::new()).unwrap_or_default()
     }
 

@@ -2,7 +2,7 @@
 
 use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nanos, SchemaId};
 use jde_records::event::{Event, Loss, Occurrence, OperatorAction, What};
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{Moment, TurnKind};
 
 use super::messages::Message;
 use super::{IterationPermission, Rules, RulesState};
@@ -11,7 +11,7 @@ use crate::engine::schema;
 impl Rules {
     pub(crate) fn start(&self) {
         let ((), moment) = self.transact_recorded(|hierarchy, now, out| hierarchy.start(now, out));
-        self.record_turn(Turn::STARTED, 0, 0, moment);
+        self.record_turn(TurnKind::Started, 0, moment);
     }
 
     pub(crate) fn next_timer(&self) -> Option<Nanos> {

@@ -6,7 +6,7 @@ use jde_abi::describe::Kind;
 use jde_board::Variable;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
 use jde_records::event::{Event, StateChange, What};
-use jde_records::turn::{Moment, Turn};
+use jde_records::turn::{Moment, Turn, TurnKind};
 
 use super::messages::Message;
 use super::{Rules, RulesState, Signal, subtree_with};
@@ -254,26 +254,11 @@ impl Rules {
     }
 
     /// Records a transaction that is not part of a schema's turn.
-    pub(crate) fn record_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
-        self.record_detailed_turn(kind, instance, way, 0, checked);
-    }
-
-    /// Like [`Self::record_turn`], with a detail.
-    pub(crate) fn record_detailed_turn(
-        &self,
-        kind: u8,
-        instance: usize,
-        way: u8,
-        detail: u64,
-        checked: Moment,
-    ) {
+    pub(crate) fn record_turn(&self, kind: TurnKind, instance: usize, checked: Moment) {
         if let Some(journal) = &self.journal {
-            journal.forward(&Turn {
-                way,
-                detail,
-                checked,
-                ..Turn::new(kind, instance)
-            });
+            let mut turn = Turn::new(kind, instance);
+            turn.checked = checked;
+            journal.forward(&turn);
         }
     }
 
