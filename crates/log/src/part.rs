@@ -16,6 +16,8 @@ use crate::recording::{self, scan};
 
 /// The name of the metadata with the mark of a part.
 pub(crate) const PART: &str = "jde/part";
+/// The key in it of a file that was to be the only one.
+const WHOLE: &str = "whole";
 /// The name of the metadata with the position at which the new messages of a part begin. Before it, the part
 /// repeats the values in force. The first part has none.
 pub(crate) const BEGINS: &str = "jde/part/begins";
@@ -33,16 +35,20 @@ pub(crate) struct Mark {
     pub(crate) recording: String,
     /// The number of the part, from 1.
     pub(crate) number: u32,
+    /// Whether it was to be the only file. It has the name of the recording, and others only where the disk failed.
+    pub(crate) is_whole: bool,
 }
 
 impl Mark {
     /// Returns the mark as metadata.
     #[cfg(feature = "record")]
     pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
-        BTreeMap::from([
+        let whole = self.is_whole.then(|| (WHOLE.to_owned(), "yes".to_owned()));
+        let mark = [
             ("recording".to_owned(), self.recording.clone()),
             ("number".to_owned(), self.number.to_string()),
-        ])
+        ];
+        mark.into_iter().chain(whole).collect()
     }
 
     /// Reads the mark from metadata.
@@ -50,10 +56,11 @@ impl Mark {
         Some(Self {
             recording: metadata.get("recording")?.clone(),
             number: metadata.get("number")?.parse().ok()?,
+            is_whole: metadata.contains_key(WHOLE),
         })
     }
 
-    /// Reads the mark of a file. `None` if the file is a whole recording.
+    /// Reads the mark of a file. `None` if the file is a recording without parts.
     ///
     /// # Errors
     /// The file cannot be read, or is no recording.
@@ -195,8 +202,17 @@ pub(crate) fn find_recordings(path: &Path) -> io::Result<Found> {
         }
         return Ok(found);
     }
-    let is_part = path.is_file() && matches!(Mark::read(path), Ok(Some(_)));
-    let mut found = match path.parent().filter(|_| is_part) {
+    let mark = path.is_file().then(|| Mark::read(path).ok().flatten()).flatten();
+    if let Some(mark) = mark.as_ref().filter(|mark| mark.is_whole) {
+        // A folder that cannot be listed does not hide its files.
+        let (further, left_out) = find_further_parts(path, mark).unwrap_or_default();
+        let files = [path.to_owned()].into_iter().chain(further);
+        return Ok(Found {
+            left_out,
+            ..Found::only(files.collect())
+        });
+    }
+    let mut found = match path.parent().filter(|_| mark.is_some()) {
         Some(folder) => find_in_folder(folder_of(folder), |other| other.extension() == path.extension())?,
         None => Found::default(),
     };
@@ -209,11 +225,39 @@ pub(crate) fn find_recordings(path: &Path) -> io::Result<Found> {
 }
 
 /// Finds the parts that were numbered from a name, in the order of the numbers in their file names, and the files of such
-/// names that cannot be read.
+/// names that cannot be read. A file that was to be the only one of its recording is none of them.
 ///
 /// # Errors
 /// The folder cannot be read.
 pub(crate) fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOut)> {
+    let (parts, left_out) = find_marked(path)?;
+    let parts = parts.into_iter().filter(|file| !file.mark.is_whole);
+    Ok((parts.map(|file| (file.number, file.path)).collect(), left_out))
+}
+
+/// Finds the parts in which the recording of the file `path` went on, in their order, and the files of such names that
+/// cannot be read. `mark` is that of the file.
+///
+/// # Errors
+/// The folder cannot be read.
+pub(crate) fn find_further_parts(path: &Path, mark: &Mark) -> io::Result<(Vec<PathBuf>, LeftOut)> {
+    let (parts, left_out) = find_marked(path)?;
+    let is_further = |file: &Marked| file.mark.recording == mark.recording && file.mark.number > mark.number;
+    let further = parts.into_iter().filter(is_further);
+    let further: BTreeMap<u32, PathBuf> = further.map(|file| (file.mark.number, file.path)).collect();
+    Ok((further.into_values().collect(), left_out))
+}
+
+/// A file with a mark, and the number in its name.
+struct Marked {
+    number: u32,
+    path: PathBuf,
+    mark: Mark,
+}
+
+/// Finds the files with a mark whose names were numbered from a name, in the order of those numbers, and the files of such
+/// names that cannot be read.
+fn find_marked(path: &Path) -> io::Result<(Vec<Marked>, LeftOut)> {
     let folder = folder_of(path.parent().unwrap_or(Path::new("")));
     let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
     let mut parts = Vec::new();
@@ -228,12 +272,16 @@ pub(crate) fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOu
             // Only the canonical form of the number counts, so not `-0001`.
             && entry.file_name() == numbered(path, number).file_name()
             && entry.is_file()
-            && let Some(Some(_)) = found.mark(&entry)
+            && let Some(Some(mark)) = found.mark(&entry)
         {
-            parts.push((number, entry));
+            parts.push(Marked {
+                number,
+                path: entry,
+                mark,
+            });
         }
     }
-    parts.sort();
+    parts.sort_by_key(|file| file.number);
     Ok((parts, found.left_out))
 }
 
@@ -259,7 +307,9 @@ fn find_in_folder(folder: &Path, is_candidate: impl Fn(&Path) -> bool) -> io::Re
         match found.mark(&path) {
             None => {}
             Some(None) => found.recordings.push(vec![path]),
-            Some(Some(Mark { recording, number })) => {
+            Some(Some(Mark {
+                recording, number, ..
+            })) => {
                 parts.entry(recording).or_default().entry(number).or_insert(path);
             }
         }

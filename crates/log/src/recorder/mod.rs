@@ -18,9 +18,8 @@ use jde_board::{Nanos, Variable, Watch};
 use jde_records::event::{Event, Observer};
 use jde_records::{RecordBuilder, RunRecord};
 
-use crate::sink::{self, ContinuousSink, Disk, OpenFile, Plan, Sink, TriggeredSink};
+use crate::sink::{self, ContinuousSink, OpenFile, Plan, Sink, TriggeredSink};
 use crate::topic::{Notice, Shared, Topic, TopicContent, TopicQueue, lock};
-use crate::writer::Output;
 use crate::writer_thread::WriterThread;
 use crate::{Error, Origin, panel, subscriber};
 use jde_conditions::Triggers;
@@ -76,20 +75,25 @@ pub struct Status {
     pub lost_by_topic: BTreeMap<String, u64>,
     /// The files that conditions have caused.
     pub files: Vec<TriggeredFile>,
-    /// The files of a recording in parts.
+    /// The files of a recording in parts, or of one that went on in others after the disk had failed.
     pub parts: Option<Parts>,
     /// Messages of the past that were removed from memory before their time ended.
     pub evicted: u64,
 }
 
 impl Recorder {
-    /// Starts a recording in one file. Creates the folders above it.
+    /// Starts a recording in one file. Creates the folders above it. Where the disk fails or is full, the recording goes on
+    /// as [`Self::create_split`] does: for `drive.mcap` in `drive-001.mcap`, or the first free name after it. If
+    /// `options.overwrite` is set, such parts of the overwritten recording are deleted. A recording into a pipe or a device
+    /// ends with its first error.
     ///
     /// # Errors
     /// [`Error`], also if the disk is full already.
     pub fn create(path: &Path, options: Options<'_>) -> Result<Self, Error> {
-        let (output, disk) = sink::create(path, options.overwrite)?;
-        Self::create_with(output, disk, options).map_err(|error| error.of(path))
+        let (overwrite, lossless) = (options.overwrite, options.lossless);
+        Self::create_continuous(options, |origin| {
+            sink::PartSequence::begin_whole(path, origin, overwrite, lossless)
+        })
     }
 
     /// Starts a recording in parts, which may continue forever: one file after the other, with numbers that
@@ -100,12 +104,22 @@ impl Recorder {
     /// # Errors
     /// [`Error`], also if the disk is full already.
     pub fn create_split(path: &Path, options: Options<'_>, split: SplitOptions) -> Result<Self, Error> {
-        let (shared, notices) = new_shared(options.lossless);
         let (overwrite, lossless) = (options.overwrite, options.lossless);
-        let (split, file) = sink::PartSequence::begin(path, split, options.origin, overwrite, lossless)?;
-        let sink = ContinuousSink::new(&shared, file, Some(split), options.on_trouble);
+        Self::create_continuous(options, |origin| {
+            let (split, file) = sink::PartSequence::begin(path, split, origin, overwrite, lossless)?;
+            Ok((Some(split), file))
+        })
+    }
+
+    /// Starts a recording of everything. `begin` creates its first file.
+    pub(crate) fn create_continuous(
+        options: Options<'_>,
+        begin: impl FnOnce(Origin) -> Result<(Option<sink::PartSequence>, OpenFile), Error>,
+    ) -> Result<Self, Error> {
+        let (split, file) = begin(options.origin)?;
+        let (shared, notices) = new_shared(options.lossless);
+        let sink = ContinuousSink::new(&shared, file, split, options.on_trouble);
         Self::start(shared, notices, Box::new(sink), None, options.application)
-            .map_err(|error| error.of(path))
     }
 
     /// Keeps the recent past in memory. When a condition becomes true, it writes a file of the time before
@@ -133,18 +147,6 @@ impl Recorder {
             Some(when.triggers),
             options.application,
         )
-        .map_err(|error| error.of(path))
-    }
-
-    pub(crate) fn create_with(
-        output: Output,
-        disk: Option<Disk>,
-        options: Options<'_>,
-    ) -> Result<Self, StartFailure> {
-        let file = OpenFile::new(output, disk, &options.origin, None).map_err(StartFailure::Write)?;
-        let (shared, notices) = new_shared(options.lossless);
-        let sink = ContinuousSink::new(&shared, file, None, options.on_trouble);
-        Self::start(shared, notices, Box::new(sink), None, options.application)
     }
 
     fn start(
@@ -153,7 +155,7 @@ impl Recorder {
         sink: Box<dyn Sink>,
         triggers: Option<Triggers>,
         application: Option<&Application>,
-    ) -> Result<Self, StartFailure> {
+    ) -> Result<Self, Error> {
         let records = application.map(RecordBuilder::with_all_drags);
         let variables = triggers.as_ref().map(Triggers::variables).unwrap_or_default();
         let variables = variables.into_iter().map(str::to_owned).collect();
@@ -161,7 +163,7 @@ impl Recorder {
         let thread = Builder::new()
             .name("recording".to_owned())
             .spawn(move || writer_thread.run())
-            .map_err(StartFailure::Thread)?;
+            .map_err(Error::Thread)?;
         // This is the only place that sets it.
         let _ = shared.writer_thread.set(thread.thread().clone());
         Ok(Self {
@@ -295,24 +297,6 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         self.finish();
-    }
-}
-
-/// Why a recording did not start.
-pub(crate) enum StartFailure {
-    Write(std::io::Error),
-    Thread(std::io::Error),
-}
-
-impl StartFailure {
-    fn of(self, path: &Path) -> Error {
-        match self {
-            Self::Write(error) => Error::Create {
-                path: path.to_owned(),
-                error,
-            },
-            Self::Thread(error) => Error::Thread(error),
-        }
     }
 }
 

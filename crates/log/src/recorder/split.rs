@@ -28,7 +28,7 @@ pub enum PartSize {
     Time(Nanos),
 }
 
-/// The files of a recording in parts.
+/// The files of a recording in parts, or of one that went on in others after the disk had failed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parts {
     /// The first file that was written.

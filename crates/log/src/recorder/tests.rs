@@ -1,11 +1,11 @@
-//! Tests of the recorder: values are complete, losses are counted, and disk errors are reported.
+//! Tests of the recorder: values are complete, and losses are counted.
+
+mod disks;
 
 use std::fs::File;
-use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU64;
-use std::sync::mpsc::channel;
 use std::time::SystemTime;
 
 use jde_board::{Access, Board, Declaration, Writer};
@@ -254,132 +254,6 @@ fn values_of_another_process_keep_their_stamps() {
         .collect();
     assert_eq!(times, [(10, 9, 1), (20, 19, u32::MAX), (30, 29, 0)]);
     assert_eq!(messages[0].channel.metadata["from"], "remote");
-}
-
-/// Far longer than any of these tests takes.
-const WATCHDOG: std::time::Duration = std::time::Duration::from_secs(60);
-
-/// About three chunks, in bytes.
-const DISK_SPACE: usize = 3_500_000;
-
-/// A disk with limited space.
-struct LimitedFile {
-    file: File,
-    space: usize,
-}
-
-impl Write for LimitedFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.space == 0 {
-            return Err(io::Error::from_raw_os_error(28));
-        }
-        let written = self.file.write(&bytes[..bytes.len().min(self.space)])?;
-        self.space -= written;
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
-
-#[test]
-fn a_full_disk_is_reported_once_and_does_not_block_the_writer() {
-    let fixture = Fixture::new();
-    let laser = fixture.declare::<LaserScan>("laser");
-    let (report, reported) = channel();
-    let disk = LimitedFile {
-        file: File::create(fixture.file()).unwrap(),
-        space: DISK_SPACE,
-    };
-    let options = Options {
-        on_trouble: Box::new(move |trouble| report.send(trouble.clone()).unwrap()),
-        ..options(true)
-    };
-    let Ok(recorder) = Recorder::create_with(Box::new(disk), None, options) else {
-        panic!("the beginning fits on the disk");
-    };
-    recorder.watch(&laser, fixture.clock());
-    let mut writer = laser.writer(1, "test").unwrap();
-    // Incompressible numbers fill the disk.
-    let mut noise = 1_u64;
-    for number in 1..=1000_u64 {
-        fixture.time.store(number, Ordering::Relaxed);
-        let value = writer.loan();
-        value.fill(0);
-        // A length beyond the capacity counts as the capacity.
-        value.chunks_exact_mut(8).for_each(|bytes| {
-            noise = noise.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
-            bytes.copy_from_slice(&noise.rotate_left(29).to_ne_bytes());
-        });
-        writer.publish(number, number).unwrap();
-    }
-    let status = recorder.finish();
-    assert_eq!(status.written + status.lost, 1000);
-    assert!(status.error.unwrap().contains("space"));
-    assert_eq!(reported.iter().count(), 1);
-    let recording = Recording::open(&fixture.file()).unwrap();
-    let damage = recording.damage().unwrap();
-    assert!(damage.offset.unwrap() <= DISK_SPACE as u64, "{damage:?}");
-    let read = recording.messages().unwrap().map(Result::unwrap).count() as u64;
-    assert!(read > 0 && read >= status.written, "{read} of {}", status.written);
-}
-
-/// Returns a disk that fails once, after `good` requests, and a receiver of a message for each request.
-fn failing(mut good: u64) -> (Disk, Receiver<()>) {
-    let (request, requests) = channel();
-    let disk = move || {
-        let fails = good == 0;
-        good = good.wrapping_sub(1);
-        request.send(()).unwrap();
-        if fails {
-            return Err(io::Error::from_raw_os_error(5));
-        }
-        Ok(())
-    };
-    (Box::new(disk), requests)
-}
-
-/// Records `flushes` flushes of one message each on a disk that fails after `good` of them.
-fn record_on_failing_disk(good: u64, flushes: u64) -> Status {
-    let (report, reported) = channel();
-    let options = Options {
-        on_trouble: Box::new(move |trouble| report.send(trouble.clone()).unwrap()),
-        ..options(false)
-    };
-    let (disk, requests) = failing(good);
-    let Ok(recorder) = Recorder::create_with(Box::new(io::sink()), Some(disk), options) else {
-        panic!("the recorder cannot be created");
-    };
-    let topic = recorder.topic("/a/b", Arc::new(u64::describe()), BTreeMap::new());
-    for number in 1..=flushes {
-        let stamps = crate::Stamps {
-            published: number,
-            measured: number,
-            sequence: number,
-        };
-        assert!(topic.put(&number.to_ne_bytes(), stamps));
-        if number < flushes {
-            requests.recv_timeout(WATCHDOG).expect("the disk gets a request");
-        }
-    }
-    let status = recorder.finish();
-    assert_eq!(status.written + status.lost, flushes);
-    assert_eq!(reported.iter().count(), 1, "the error is reported once");
-    assert!(status.error.is_some());
-    status
-}
-
-#[test]
-fn a_disk_error_at_the_end_is_reported() {
-    let status = record_on_failing_disk(0, 1);
-    assert_eq!((status.written, status.lost), (0, 1));
-}
-
-#[test]
-fn messages_before_a_disk_error_are_kept_and_the_rest_is_lost() {
-    let status = record_on_failing_disk(2, 3);
-    assert_eq!((status.written, status.lost), (2, 1));
 }
 
 #[test]

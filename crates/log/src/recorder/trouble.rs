@@ -11,7 +11,7 @@ pub type OnTrouble = Box<dyn FnMut(&Trouble) + Send>;
 /// What hinders a recording, or does so no longer. As text it continues "the recording drive.mcap".
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// The disk accepts no more, and the recording has ended.
+    /// The pipe or device accepts no more, or there is no name for a new part, and the recording has ended.
     Ended {
         /// What the system said.
         reason: String,

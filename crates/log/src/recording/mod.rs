@@ -135,6 +135,8 @@ struct Part {
     channels: BTreeMap<i64, Arc<Channel>>,
     /// Its number among the parts, from 1. `None` if the file is not a part.
     number: Option<u32>,
+    /// Whether it was to be the only file.
+    is_whole: bool,
 }
 
 /// The position of a chunk, and the log times of its first and its last message.
@@ -327,7 +329,8 @@ impl Recording {
     /// Returns the number of the first existing part, from 1. `None` if the recording is a single file.
     #[must_use]
     pub fn first_part(&self) -> Option<u32> {
-        self.parts.first()?.number
+        let first = self.parts.first()?;
+        first.number.filter(|_| self.parts.len() > 1 || !first.is_whole)
     }
 
     /// Returns the numbers of the missing parts between the first and the last existing one, as ranges. A
@@ -389,11 +392,9 @@ impl Recording {
         found: mcap_file::FileContents,
         budget: &mut Budget,
     ) -> Result<(), Exceeded> {
-        let number = found
-            .metadata
-            .get(PART)
-            .and_then(Mark::from_metadata)
-            .map(|mark| mark.number);
+        let mark = found.metadata.get(PART).and_then(Mark::from_metadata);
+        let number = mark.as_ref().map(|mark| mark.number);
+        let is_whole = mark.is_some_and(|mark| mark.is_whole);
         let before = self.parts.last().and_then(|part| part.number);
         let follows = before.is_some() && before.and_then(|before| before.checked_add(1)) == number;
         let news = match found.metadata.get(BEGINS).and_then(|begins| begins.get(BYTE)) {
@@ -423,12 +424,14 @@ impl Recording {
             let position = (self.parts.len(), offset);
             self.attached.entry(name).or_insert(position);
         }
-        self.add_damage(path, found.damage, number.is_some());
+        let is_named = number.is_some() && !(is_whole && path == self.path);
+        self.add_damage(path, found.damage, is_named);
         self.parts.push(Part {
             path: path.to_owned(),
             source: Arc::new(source),
             channels,
             number,
+            is_whole,
         });
         Ok(())
     }
@@ -453,14 +456,15 @@ impl Recording {
             source: Arc::new(source),
             channels,
             number: None,
+            is_whole: false,
         });
         Ok(())
     }
 
-    fn add_damage(&mut self, path: &Path, damage: Option<Damage>, is_part: bool) {
+    fn add_damage(&mut self, path: &Path, damage: Option<Damage>, is_named: bool) {
         if let Some(Damage { offset, reason }) = damage.filter(|_| self.damage.is_none()) {
             let reason = match path.file_name() {
-                Some(name) if is_part => format!("{}: {reason}", name.display()),
+                Some(name) if is_named => format!("{}: {reason}", name.display()),
                 _ => reason,
             };
             self.damage = Some(Damage { offset, reason });

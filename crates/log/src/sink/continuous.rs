@@ -1,5 +1,5 @@
 //! Writes all messages, from the beginning of the recording to its end, to one file or to parts. When the disk accepts no
-//! more, a recording in one file ends. One in parts tries a new part until the disk accepts it, and states the gap.
+//! more, a new part is tried until the disk accepts it, which states the gap. A recording into a pipe or a device ends.
 
 use std::io;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ const MAX_WAIT: Duration = Duration::from_secs(8);
 /// The time after a report of a gap during which further gaps are only counted.
 const QUIET: Duration = Duration::from_secs(60);
 
-/// The sink of a recording of everything, in one file or in parts.
+/// The sink of a recording of everything.
 pub(crate) struct ContinuousSink {
     shared: Arc<Shared>,
     /// `None` while the disk accepts no more.
@@ -31,6 +31,7 @@ pub(crate) struct ContinuousSink {
     gap: Option<OpenGap>,
     channels: Vec<SinkChannel>,
     on_trouble: OnTrouble,
+    /// `None` of a pipe or a device.
     split: Option<PartSequence>,
     /// Ended parts that the disk has not confirmed yet.
     ending: Vec<ClosedFile>,
@@ -217,7 +218,9 @@ impl ContinuousSink {
         {
             (self.on_trouble)(&Trouble::Undeleted { path, reason });
         }
-        lock(&self.shared.parts).clone_from(split.parts());
+        if let Some(parts) = split.parts() {
+            lock(&self.shared.parts).clone_from(parts);
+        }
     }
 
     /// Adds what the disk has of a file that has ended, and counts the rest as lost.

@@ -26,7 +26,6 @@ use jde_conditions::Firing;
 
 pub(crate) use continuous::ContinuousSink;
 pub(crate) use file::OpenFile;
-pub(crate) use names::create;
 pub(crate) use split::PartSequence;
 pub(crate) use syncer::Disk;
 pub(crate) use triggered::{Plan, TriggeredSink};

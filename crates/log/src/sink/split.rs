@@ -1,4 +1,5 @@
-//! A recording in parts: when the next part begins, what it begins with, and which old parts are deleted.
+//! A recording in parts: when the next part begins, what it begins with, and which old parts are deleted. One that was to be
+//! in one file has further parts only where the disk failed.
 //! Each part is a file that can be read alone. Its index ends with it, so the memory in use is limited
 //! however long the recording continues.
 
@@ -11,12 +12,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use jde_board::Nanos;
 
 use super::file::OpenFile;
-use super::names::{is_taken, with_disk};
-use super::{Effect, SinkChannel};
+use super::names::{create, is_taken, with_disk};
+use super::{Disk, Effect, SinkChannel};
 use crate::part::{self, BEGINS, BYTE, GAP, Gap, Mark, numbered};
 use crate::pre_trigger_buffer::{InForce, StateKey};
 use crate::recorder::{self, PartSize, Parts};
-use crate::writer::{self, Times};
+use crate::writer::{self, Output, Times};
 use crate::{Error, Origin};
 
 /// How late a value may arrive in real time, in ns: one that was published before a part began and arrives
@@ -43,7 +44,8 @@ struct OldPart {
 /// The parts of a recording.
 pub(crate) struct PartSequence {
     path: PathBuf,
-    plan: recorder::SplitOptions,
+    /// `None` of a recording that was to be in one file.
+    plan: Option<recorder::SplitOptions>,
     origin: Origin,
     /// In virtual time no value arrives late.
     lossless: bool,
@@ -81,12 +83,8 @@ impl PartSequence {
         overwrite: bool,
         lossless: bool,
     ) -> Result<(Self, OpenFile), Error> {
-        let failed = |error| Error::Create {
-            path: path.to_owned(),
-            error,
-        };
         // A file that cannot be read keeps its name, and is no part of ours.
-        let (mut before, _) = part::find_parts(path).map_err(failed)?;
+        let (mut before, _) = part::find_parts(path).map_err(failed(path))?;
         let mut parts = Parts::default();
         if overwrite {
             before.retain(|(_, path)| match remove(path) {
@@ -97,10 +95,79 @@ impl PartSequence {
                 }
             });
         }
-        let number = before.last().map_or(Some(1), |(number, _)| number.checked_add(1));
         let bytes = |path: &Path| fs::metadata(path).map_or(0, |metadata| metadata.len());
+        let mut split = Self::new(path, Some(plan), origin, lossless);
+        split.number = before.last().map_or(Some(1), |(number, _)| number.checked_add(1));
+        split.existing = before
+            .into_iter()
+            .map(|(_, path)| OldPart {
+                bytes: bytes(&path),
+                remains: parts.undeleted.contains_key(&path),
+                path,
+            })
+            .collect();
+        split.parts = parts;
+        let file = split.create(&[], 0, None)?;
+        Ok((split, file))
+    }
+
+    /// Starts a recording in one file, which goes on in further parts after the disk has failed. With `overwrite`, those in
+    /// which an earlier recording in that file went on are deleted. A pipe or a device has no parts.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn begin_whole(
+        path: &Path,
+        origin: Origin,
+        overwrite: bool,
+        lossless: bool,
+    ) -> Result<(Option<Self>, OpenFile), Error> {
+        let mark = if overwrite {
+            Mark::read(path).ok().flatten()
+        } else {
+            None
+        };
+        let earlier = match mark.filter(|mark| mark.is_whole) {
+            Some(mark) => part::find_further_parts(path, &mark).unwrap_or_default().0,
+            None => Vec::new(),
+        };
+        let (output, disk) = create(path, overwrite)?;
+        if disk.is_none() {
+            let file = OpenFile::new(output, None, &origin, None).map_err(failed(path))?;
+            return Ok((None, file));
+        }
+        let (mut whole, file) = Self::of_whole(path, output, disk, origin, lossless)?;
+        for part in earlier {
+            if let Err(reason) = remove(&part) {
+                whole.parts.undeleted.insert(part, reason);
+            }
+        }
+        Ok((Some(whole), file))
+    }
+
+    /// Starts a recording in a file that is created, as [`Self::begin_whole`] does.
+    pub(crate) fn of_whole(
+        path: &Path,
+        output: Output,
+        disk: Option<Disk>,
+        origin: Origin,
+        lossless: bool,
+    ) -> Result<(Self, OpenFile), Error> {
+        let mut whole = Self::new(path, None, origin, lossless);
+        (whole.mark.number, whole.mark.is_whole) = (1, true);
+        let file = OpenFile::new(output, disk, &whole.origin, Some(&whole.mark)).map_err(failed(path))?;
+        whole.parts = Parts {
+            first: path.to_owned(),
+            last: path.to_owned(),
+            count: 1,
+            ..Parts::default()
+        };
+        Ok((whole, file))
+    }
+
+    fn new(path: &Path, plan: Option<recorder::SplitOptions>, origin: Origin, lossless: bool) -> Self {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let mut split = Self {
+        Self {
             path: path.to_owned(),
             plan,
             origin,
@@ -108,34 +175,27 @@ impl PartSequence {
             mark: Mark {
                 recording: format!("{:x}-{:x}", since.as_nanos(), std::process::id()),
                 number: 0,
+                is_whole: false,
             },
-            number,
+            number: Some(1),
             lock: None,
             began: None,
             head: 0,
             in_force: InForce::default(),
             lost: BTreeMap::new(),
-            existing: before
-                .into_iter()
-                .map(|(_, path)| OldPart {
-                    bytes: bytes(&path),
-                    remains: parts.undeleted.contains_key(&path),
-                    path,
-                })
-                .collect(),
+            existing: VecDeque::new(),
             next_retry: Instant::now() + RETRY,
-            parts,
-        };
-        let file = split.create(&[], 0, None)?;
-        Ok((split, file))
+            parts: Parts::default(),
+        }
     }
 
     /// Returns whether a message of this time starts the next part, when the present part has `bytes` bytes.
     pub(super) fn is_over(&mut self, time: Nanos, bytes: u64) -> bool {
         let began = *self.began.get_or_insert(time);
-        match self.plan.part_size {
-            PartSize::Bytes(limit) => bytes - self.head >= limit,
-            PartSize::Time(limit) => time >= began.saturating_add(limit),
+        match self.plan.map(|plan| plan.part_size) {
+            Some(PartSize::Bytes(limit)) => bytes - self.head >= limit,
+            Some(PartSize::Time(limit)) => time >= began.saturating_add(limit),
+            None => false,
         }
     }
 
@@ -232,7 +292,7 @@ impl PartSequence {
     /// exceed the limit. Parts that cannot be deleted, or that another recording is writing, are kept and do not count until
     /// they can be. Returns the first that the system refuses to delete, with the reason.
     pub(super) fn prune(&mut self, current_bytes: u64) -> Option<(PathBuf, String)> {
-        let keep = self.plan.max_total_bytes?;
+        let keep = self.plan?.max_total_bytes?;
         let now = Instant::now();
         let retries = now >= self.next_retry;
         let counts = |part: &&OldPart| retries || !part.remains;
@@ -275,9 +335,11 @@ impl PartSequence {
         refused
     }
 
-    /// Returns the number of parts, and their paths.
-    pub(super) fn parts(&self) -> &Parts {
-        &self.parts
+    /// Returns the number of parts, and their paths. `None` of a recording in one file of which there is nothing to say.
+    pub(super) fn parts(&self) -> Option<&Parts> {
+        let parts = &self.parts;
+        let is_plain = parts.count < 2 && parts.gaps.is_empty() && parts.undeleted.is_empty();
+        Some(parts).filter(|_| self.plan.is_some() || !is_plain)
     }
 
     /// Creates the next part, in a file whose name is free. If it cannot be begun, there is no new file.
@@ -305,16 +367,14 @@ impl PartSequence {
         let lock = file.try_clone().ok();
         let started = with_disk(file, &path).and_then(|(output, disk)| {
             let mark = Mark {
+                recording: self.mark.recording.clone(),
                 number: self.mark.number + 1,
-                ..self.mark.clone()
+                is_whole: false,
             };
             OpenFile::new(output, disk, &self.origin, Some(&mark))
                 .and_then(|file| self.start_file(file, &mark, channels, time, gap))
                 .map(|file| (file, mark))
-                .map_err(|error| Error::Create {
-                    path: path.clone(),
-                    error,
-                })
+                .map_err(failed(&path))
         });
         match started {
             Ok((file, mark)) => {
@@ -361,6 +421,13 @@ impl PartSequence {
         }
         self.head = head;
         Ok(file)
+    }
+}
+
+fn failed(path: &Path) -> impl Fn(io::Error) -> Error {
+    |error| Error::Create {
+        path: path.to_owned(),
+        error,
     }
 }
 

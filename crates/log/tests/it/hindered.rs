@@ -7,7 +7,7 @@ use jde_log::{PartSize, ReadError, Recorder, Recording, Trouble};
 use jde_watchdog::Watchdog;
 
 use crate::split::{Drive, SECOND, drive, read, sequences, split};
-use crate::support::with_troubles;
+use crate::support::{options, with_troubles};
 
 /// Creates a file that is there and that nobody can read.
 fn unreadable(path: &Path) {
@@ -82,6 +82,24 @@ fn a_recording_goes_on_in_a_new_part_when_the_disk_accepts_one_again() {
     assert_eq!(stated["/pioneer/noise"], lost.to_string());
     let line = gap.to_string();
     assert!(line.starts_with("nothing is recorded from "), "{line}");
+}
+
+#[test]
+fn a_recording_in_one_file_is_no_part_of_another_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (named, path) = (
+        folder.path().join("drive-001.mcap"),
+        folder.path().join("drive.mcap"),
+    );
+    let whole = Recorder::create(&named, options("endless", true)).unwrap();
+    assert_eq!(whole.finish().parts, None);
+    let before = std::fs::read(&named).unwrap();
+    let parts = Drive::begin(&path, split(PartSize::Time(10 * SECOND), Some(1)), true);
+    let parts = parts.recorder.finish().parts.unwrap();
+    assert_eq!(parts.first, folder.path().join("drive-002.mcap"));
+    assert_eq!(std::fs::read(&named).unwrap(), before);
+    let (recording, messages) = read(&named);
+    assert_eq!((recording.first_part(), messages), (None, Vec::new()));
 }
 
 #[test]
