@@ -118,11 +118,11 @@ fn run_drive(
     let failed = |outcome, why| Ok(unjudged(experiment, task.drive, outcome, why));
     match running.drive(task, limit) {
         Ok(line) => match DriveResult::from_json(&line, &experiment.columns) {
-            Some(result) => {
+            Some(result) if result.drive == task.drive => {
                 *worker = Some((task.experiment, running));
                 Ok(result)
             }
-            None => failed(Outcome::Broken, format!("its process answered `{line}`")),
+            Some(_) | None => failed(Outcome::Broken, format!("its process answered `{line}`")),
         },
         Err(RecvTimeoutError::Timeout) => {
             running.kill();

@@ -16,7 +16,7 @@ use jde_abi::{state, table};
 use jde_panel::{Gesture, List};
 use serde::{Deserialize, Serialize};
 
-use super::SchemaFunctions;
+use super::{SchemaFunctions, forked};
 
 /// An instance that was created in this process.
 pub struct InProcessInstance {
@@ -118,9 +118,10 @@ impl InProcessInstance {
         listed: &[ListedPort],
         own: usize,
     ) -> Result<Self, &'static str> {
+        forked::watch();
         let create = table.create.expect("read::plugin refuses schemas without create");
         // SAFETY: the caller guarantees the table; the context lives for the call and belongs to that host.
-        let this = unsafe { create(table.own, host, context.context) };
+        let this = forked::call(|| unsafe { create(table.own, host, context.context) });
         let this = Self {
             table,
             panel: panel_of(&table),
@@ -134,7 +135,8 @@ impl InProcessInstance {
             let ports = lists::tables(listed, own);
             let count = ports.len() as u32;
             // SAFETY: as for `create`; the tables live for the call, and what they point to for ever.
-            let status = unsafe { set(this.this.as_ptr(), context.context, ports.as_ptr(), count) };
+            let status =
+                forked::call(|| unsafe { set(this.this.as_ptr(), context.context, ports.as_ptr(), count) });
             if status != raw::OK {
                 return Err("its set refused the ports of its lists without a reason");
             }
@@ -146,7 +148,7 @@ impl InProcessInstance {
     pub fn awake(&mut self, context: PluginContext<'_>) -> i32 {
         match self.table.awake {
             // SAFETY: `this` came from this table's create; the context lives for the call.
-            Some(awake) => unsafe { awake(self.this.as_ptr(), context.context) },
+            Some(awake) => forked::call(|| unsafe { awake(self.this.as_ptr(), context.context) }),
             None => raw::OK,
         }
     }
@@ -159,8 +161,10 @@ impl InProcessInstance {
             urgency: 0.0,
         };
         let status = match self.table.check {
-            // SAFETY: as in `awake`; `out` lives for the call.
-            Some(check) => unsafe { check(self.this.as_ptr(), context.context, &raw mut out) },
+            Some(check) => {
+                // SAFETY: as in `awake`; `out` lives for the call.
+                forked::call(|| unsafe { check(self.this.as_ptr(), context.context, &raw mut out) })
+            }
             None => raw::OK,
         };
         (status, out.ready != 0, out.urgency)
@@ -173,7 +177,7 @@ impl InProcessInstance {
             .iterate
             .expect("read::plugin refuses schemas without iterate");
         // SAFETY: as in `awake`.
-        unsafe { iterate(self.this.as_ptr(), context.context) }
+        forked::call(|| unsafe { iterate(self.this.as_ptr(), context.context) })
     }
 
     /// Calls a father's arbitration. Also returns the verdict.
@@ -197,14 +201,14 @@ impl InProcessInstance {
             reason: [0; 128],
         };
         // SAFETY: as in `awake`; level and verdict live for the call.
-        let status = unsafe {
+        let status = forked::call(|| unsafe {
             arbitrate(
                 self.this.as_ptr(),
                 context.context,
                 &raw const level,
                 &raw mut verdict,
             )
-        };
+        });
         let verdict = Verdict {
             child: u32::try_from(verdict.child).ok(),
             reason: text_from_chars(&verdict.reason),
@@ -216,7 +220,7 @@ impl InProcessInstance {
     pub fn sleep(&mut self, context: PluginContext<'_>) {
         if let Some(sleep) = self.table.sleep {
             // SAFETY: as in `awake`.
-            unsafe { sleep(self.this.as_ptr(), context.context) };
+            forked::call(|| unsafe { sleep(self.this.as_ptr(), context.context) });
         }
     }
 
@@ -227,7 +231,7 @@ impl InProcessInstance {
         };
         let (status, list) = jde_panel::lend_pen(time, |pen| {
             // SAFETY: as in `awake`; the pen lives for the call.
-            unsafe { draw(self.this.as_ptr(), context.context, pen) }
+            forked::call(|| unsafe { draw(self.this.as_ptr(), context.context, pen) })
         });
         (status, list.map_err(|error| error.to_string()))
     }
@@ -239,7 +243,7 @@ impl InProcessInstance {
         };
         jde_panel::lend_gesture(by, gesture, |gesture| {
             // SAFETY: as in `awake`; the gesture lives for the call.
-            unsafe { touch(self.this.as_ptr(), context.context, gesture) }
+            forked::call(|| unsafe { touch(self.this.as_ptr(), context.context, gesture) })
         })
     }
 
@@ -250,7 +254,7 @@ impl InProcessInstance {
         };
         let (status, saved) = state::lend(|saver| {
             // SAFETY: as in `awake`; the saver lives for the call.
-            unsafe { save(self.this.as_ptr(), context.context, saver) }
+            forked::call(|| unsafe { save(self.this.as_ptr(), context.context, saver) })
         });
         (status, saved.map_err(|error| error.to_string()))
     }
@@ -262,7 +266,7 @@ impl InProcessInstance {
         };
         let SavedMemory { version, bytes } = saved;
         // SAFETY: as in `awake`; the bytes live for the call.
-        unsafe {
+        forked::call(|| unsafe {
             restore(
                 self.this.as_ptr(),
                 context.context,
@@ -270,7 +274,7 @@ impl InProcessInstance {
                 bytes.as_ptr().cast(),
                 bytes.len() as u64,
             )
-        }
+        })
     }
 }
 
@@ -284,7 +288,7 @@ impl InProcessInstance {
         };
         inspect::lend(|problems| {
             // SAFETY: as in `awake`; the list lives for the call.
-            unsafe { inspect(self.this.as_ptr(), context.context, problems) }
+            forked::call(|| unsafe { inspect(self.this.as_ptr(), context.context, problems) })
         })
     }
 }
@@ -294,7 +298,7 @@ impl Drop for InProcessInstance {
         let this = std::mem::replace(&mut self.this, NonNull::dangling());
         if let Some(destroy) = self.table.destroy {
             // SAFETY: `this` came from this table's create and is returned once, since it is dropped once.
-            unsafe { destroy(this.as_ptr()) };
+            forked::call(|| unsafe { destroy(this.as_ptr()) });
         }
     }
 }

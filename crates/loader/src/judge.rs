@@ -6,7 +6,7 @@
 use jde_abi::{guard, raw};
 use jde_core::Nanos;
 
-use super::{AlignedBytes, SchemaFunctions};
+use super::{AlignedBytes, SchemaFunctions, forked};
 
 /// The function of a guard that judges commands. Any number of threads may call it at once.
 #[derive(Clone, Copy)]
@@ -49,14 +49,14 @@ impl Judge {
             ..raw::Judgement::REFUSED
         };
         // SAFETY: the caller's values, and room for the judgement, which states its size, and for a command.
-        let status = unsafe {
+        let status = forked::call(|| unsafe {
             judge(
                 state.as_ptr().cast(),
                 age,
                 command.as_ptr().cast(),
                 &raw mut judgement,
             )
-        };
+        });
         match (status, judgement.accepted) {
             (raw::OK, 1) => Judgement::Accepted,
             (raw::OK, raw::LIMITED) => Judgement::Limited(limited, judgement.reason()),

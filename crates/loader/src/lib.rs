@@ -8,6 +8,7 @@ mod aligned;
 pub mod build;
 mod copy;
 mod elf;
+mod forked;
 mod inspector;
 pub mod instance;
 mod judge;

@@ -39,6 +39,10 @@ pub(crate) enum Fault {
     Eat,
     /// The process starts another that lives on, and dies.
     Fork,
+    /// The process starts another that goes on in its place, and dies.
+    Leave,
+    /// The process starts another, and both go on.
+    Double,
     /// A motor schema commands nothing, an eye publishes nothing, and a device retracts its export.
     Silence,
     Nan,
@@ -68,7 +72,7 @@ const CALLS: [(&str, Call); 8] = [
     ("end", Call::End),
 ];
 
-const FAULTS: [(&str, Fault); 20] = [
+const FAULTS: [(&str, Fault); 22] = [
     ("panic", Fault::Panic),
     ("error", Fault::Error),
     ("hang", Fault::Hang),
@@ -80,6 +84,8 @@ const FAULTS: [(&str, Fault); 20] = [
     ("overflow", Fault::Overflow),
     ("eat", Fault::Eat),
     ("fork", Fault::Fork),
+    ("leave", Fault::Leave),
+    ("double", Fault::Double),
     ("silence", Fault::Silence),
     ("nan", Fault::Nan),
     ("infinity", Fault::Infinity),

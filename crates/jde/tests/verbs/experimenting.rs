@@ -28,13 +28,14 @@ time = "time"
 won  = { share = "listener.won" }
 "#;
 
-/// A motor schema that misbehaves in a different way in each drive.
+/// A motor schema that misbehaves in a different way in each drive. With one job, each drive has the process of the one
+/// before if that lives.
 const FAULTS: &str = r#"
 application = "app.toml"
 for = "1s"
 
 [axes]
-set."mover.trouble" = ["", "segfault", "abort", "exit", "eat", "hang", "fork"]
+set."mover.trouble" = ["", "segfault", "abort", "exit", "eat", "hang", "fork", "leave", "double", "abort"]
 
 [must."it moves"]
 eventually = "axis.beats > 10u"
@@ -166,7 +167,7 @@ fn a_drive_that_kills_or_blocks_its_process_is_a_result_and_the_others_go_on() {
         "--memory",
         "1GB",
         "--jobs",
-        "2",
+        "1",
     ];
     let run = experiment(folder.path(), &args);
     assert_eq!(run.status, Some(1), "{}", run.err);
@@ -178,7 +179,8 @@ fn a_drive_that_kills_or_blocks_its_process_is_a_result_and_the_others_go_on() {
     assert_eq!(
         outcomes,
         [
-            "passed", "crashed", "crashed", "crashed", "crashed", "hung", "crashed"
+            "passed", "crashed", "crashed", "crashed", "crashed", "hung", "crashed", "crashed", "passed",
+            "crashed"
         ]
     );
     let why = |drive: usize| lines[drive]["why"].as_str().unwrap();
@@ -189,6 +191,10 @@ fn a_drive_that_kills_or_blocks_its_process_is_a_result_and_the_others_go_on() {
     assert!(why(5).contains("longer than 10 s"), "{}", why(5));
     // It has left a process behind that holds its streams.
     assert!(why(6).contains("signal 6"), "{}", why(6));
+    // The process that goes on in its place does not answer for it.
+    assert!(why(7).contains("signal 6"), "{}", why(7));
+    let drives: Vec<_> = lines.iter().map(|line| line["drive"].as_u64().unwrap()).collect();
+    assert_eq!(drives, (0..10).collect::<Vec<_>>(), "each has one result");
     assert_eq!(lines[1]["it moves"], Value::Null, "it was not judged");
 }
 
