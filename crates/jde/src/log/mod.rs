@@ -22,7 +22,7 @@ use tracing::{Event, Level, Metadata, Subscriber, span};
 use crate::terminal::{self, BAD, FAINT, Style, WARN};
 
 pub(crate) use filter::Filter;
-use repeats::Repeats;
+use repeats::{Counted, Repeats};
 
 /// Number of lines kept while the oscilloscope uses the screen: more than it can show.
 const MAX_BUFFERED: usize = 200;
@@ -82,9 +82,8 @@ impl Log {
     /// Drops the handle of the application. Later lines show no time.
     pub(crate) fn clear_clock(&self) {
         let mut sink = self.sink();
-        for line in sink.repeats.rest() {
-            sink.write(Level::WARN, &line);
-        }
+        let rest = sink.repeats.rest();
+        sink.write_counted(rest);
         sink.clock = None;
     }
 
@@ -113,30 +112,9 @@ impl Log {
     }
 
     fn write_line(&self, metadata: &Metadata<'_>, line: &LogLine) {
-        let level = *metadata.level();
         let mut sink = self.sink();
-        // To forward a line of a library that sends lines would cause the next one.
-        #[cfg(feature = "tools")]
-        if let Some(forward) = &sink.forward
-            && metadata.target().starts_with("jde")
-        {
-            let _ = forward.try_send(LogRecord {
-                level,
-                schema: line.schema.clone(),
-                message: line.text(),
-            });
-        }
-        let text = line.to_string();
-        if let Some(now) = sink.seconds() {
-            for line in sink.repeats.due(now) {
-                sink.write(Level::WARN, &line);
-            }
-            let is_warning = line.schema.is_some() && level == Level::WARN;
-            if is_warning && !sink.repeats.is_shown(&text, now) {
-                return;
-            }
-        }
-        sink.write(level, &text);
+        let now = sink.seconds();
+        sink.write_line(now, metadata, line);
     }
 }
 
@@ -145,6 +123,48 @@ impl Sink {
     fn seconds(&self) -> Option<f64> {
         self.clock.as_ref().map(|handle| handle.now() as f64 / 1e9)
     }
+
+    /// Writes a line at this time of the application, s, unless it repeats another.
+    fn write_line(&mut self, now: Option<f64>, metadata: &Metadata<'_>, line: &LogLine) {
+        let (level, text) = (*metadata.level(), line.text());
+        if let Some(now) = now {
+            let due = self.repeats.due(now);
+            self.write_counted(due);
+            if let Some(schema) = &line.schema
+                && level == Level::WARN
+                && !self.repeats.is_shown(schema, &text, now)
+            {
+                return;
+            }
+        }
+        // To forward a line of a library that sends lines would cause the next one.
+        if metadata.target().starts_with("jde") {
+            self.forward(level, line.schema.as_deref(), &text);
+        }
+        self.write(level, &line.to_string());
+    }
+
+    /// Writes warnings that were counted.
+    fn write_counted(&mut self, warnings: Vec<Counted>) {
+        for Counted { schema, text } in warnings {
+            self.forward(Level::WARN, Some(&schema), &text);
+            self.write(Level::WARN, &format!("{schema}: {text}"));
+        }
+    }
+
+    #[cfg(feature = "tools")]
+    fn forward(&self, level: Level, schema: Option<&str>, text: &str) {
+        if let Some(forward) = &self.forward {
+            let _ = forward.try_send(LogRecord {
+                level,
+                schema: schema.map(str::to_owned),
+                message: text.to_owned(),
+            });
+        }
+    }
+
+    #[cfg(not(feature = "tools"))]
+    const fn forward(&self, _: Level, _: Option<&str>, _: &str) {}
 
     fn write(&mut self, level: Level, line: &str) {
         let time = self.seconds();
@@ -267,5 +287,41 @@ fn style(level: Level) -> Style {
         Level::WARN => WARN,
         Level::INFO => Style::new(),
         Level::DEBUG | Level::TRACE => FAINT,
+    }
+}
+
+#[cfg(all(test, feature = "tools"))]
+mod tests {
+    use std::sync::mpsc::sync_channel;
+
+    use super::*;
+
+    #[test]
+    fn a_repeated_warning_is_forwarded_as_it_is_shown() {
+        let (sender, forwarded) = sync_channel(100);
+        let mut sink = Sink {
+            buffered: Some(VecDeque::new()),
+            forward: Some(sender),
+            ..Sink::default()
+        };
+        let callsite = tracing::callsite!(name: "warning", kind: tracing::metadata::Kind::EVENT, target: "jde", level: Level::WARN, fields: message);
+        for tick in 0..=300 {
+            let line = LogLine {
+                schema: Some("slam".to_owned()),
+                message: format!("the odometry jumped by {tick} m"),
+                ..LogLine::default()
+            };
+            let now = f64::from(tick) / 5.0;
+            sink.write_line(Some(now), tracing::callsite::Callsite::metadata(callsite), &line);
+        }
+        let forwarded: Vec<_> = forwarded.try_iter().map(|line| line.message).collect();
+        let expected = [
+            "the odometry jumped by 0 m",
+            "the odometry jumped by 299 m (299 more times)",
+        ];
+        assert_eq!(forwarded, expected);
+        let shown: Vec<_> = sink.buffered.into_iter().flatten().collect();
+        let expected = expected.map(|text| format!("0.000 warn slam: {text}"));
+        assert_eq!(shown, expected);
     }
 }

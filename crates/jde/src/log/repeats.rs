@@ -20,30 +20,45 @@ struct Warning {
     shown: f64,
     /// How often it came since.
     more: u64,
+    schema: String,
     /// What it said last.
-    line: String,
+    text: String,
+}
+
+/// A warning that was counted.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Counted {
+    /// The schema that warned.
+    pub(super) schema: String,
+    /// What it said last, and how often.
+    pub(super) text: String,
 }
 
 impl Repeats {
-    /// Counts a warning that comes at a time, s. Returns whether it is shown. Two warnings are the same if only their numbers
-    /// differ.
-    pub(super) fn is_shown(&mut self, line: &str, now: f64) -> bool {
-        let key = without_numbers(line);
+    /// Counts a warning of a schema that comes at a time, s. Returns whether it is shown. Two warnings of a schema are the same
+    /// if only their numbers differ.
+    pub(super) fn is_shown(&mut self, schema: &str, text: &str, now: f64) -> bool {
+        let key = format!("{schema}: {}", without_numbers(text));
         if let Some(warning) = self.known.get_mut(&key) {
             warning.more += 1;
-            line.clone_into(&mut warning.line);
+            text.clone_into(&mut warning.text);
             return false;
         }
         if self.known.len() < MAX_KNOWN {
-            let (shown, line) = (now, line.to_owned());
-            self.known.insert(key, Warning { shown, more: 0, line });
+            let warning = Warning {
+                shown: now,
+                more: 0,
+                schema: schema.to_owned(),
+                text: text.to_owned(),
+            };
+            self.known.insert(key, warning);
         }
         true
     }
 
     /// Returns what the warnings said last that were counted for long enough at this time, and how often they came. One that
     /// has not come again is forgotten.
-    pub(super) fn due(&mut self, now: f64) -> Vec<String> {
+    pub(super) fn due(&mut self, now: f64) -> Vec<Counted> {
         let mut due = Vec::new();
         self.known.retain(|_, warning| {
             // The time is another one when an application begins or ends.
@@ -59,7 +74,7 @@ impl Repeats {
     }
 
     /// Returns all that were counted, and forgets them.
-    pub(super) fn rest(&mut self) -> Vec<String> {
+    pub(super) fn rest(&mut self) -> Vec<Counted> {
         take(&mut self.known)
             .into_values()
             .filter_map(|warning| warning.count())
@@ -68,13 +83,12 @@ impl Repeats {
 }
 
 impl Warning {
-    fn count(&self) -> Option<String> {
-        let Self { line, more, .. } = self;
-        (*more > 0).then(|| {
-            format!(
-                "{line} ({more} more {})",
-                if *more == 1 { "time" } else { "times" }
-            )
+    fn count(&self) -> Option<Counted> {
+        let Self { text, more, .. } = self;
+        let times = if *more == 1 { "time" } else { "times" };
+        (*more > 0).then(|| Counted {
+            schema: self.schema.clone(),
+            text: format!("{text} ({more} more {times})"),
         })
     }
 }
@@ -99,13 +113,20 @@ fn without_numbers(line: &str) -> String {
 mod tests {
     use super::*;
 
+    fn counted(text: &str) -> Counted {
+        Counted {
+            schema: "slam".to_owned(),
+            text: text.to_owned(),
+        }
+    }
+
     #[test]
     fn a_warning_is_shown_once_and_then_counted() {
         let mut repeats = Repeats::default();
         let shown = |repeats: &mut Repeats, seconds: f64, way: f64| {
             let due = repeats.due(seconds);
             (
-                repeats.is_shown(&format!("slam: the odometry jumped by {way:.2} m"), seconds),
+                repeats.is_shown("slam", &format!("the odometry jumped by {way:.2} m"), seconds),
                 due,
             )
         };
@@ -116,15 +137,15 @@ mod tests {
                 (false, vec![])
             );
         }
-        let count = "slam: the odometry jumped by 12.00 m (299 more times)";
-        assert_eq!(shown(&mut repeats, 61.0, 0.5), (false, vec![count.to_owned()]));
+        let count = counted("the odometry jumped by 12.00 m (299 more times)");
+        assert_eq!(shown(&mut repeats, 61.0, 0.5), (false, vec![count]));
         assert!(
-            repeats.is_shown("goon: the odometry jumped by 0.28 m", 61.0),
+            repeats.is_shown("slam2", "the odometry jumped by 0.28 m", 61.0),
             "another schema"
         );
         assert_eq!(
             repeats.rest(),
-            ["slam: the odometry jumped by 0.50 m (1 more time)"]
+            [counted("the odometry jumped by 0.50 m (1 more time)")]
         );
     }
 
@@ -133,19 +154,19 @@ mod tests {
         let mut repeats = Repeats::default();
         for minute in 0..9 {
             let now = 61.0 * f64::from(minute);
-            assert_eq!(repeats.due(now), [""; 0]);
-            assert!(repeats.is_shown("a: late", now));
+            assert_eq!(repeats.due(now), []);
+            assert!(repeats.is_shown("a", "late", now));
         }
         // The time of another application begins.
-        assert_eq!(repeats.due(0.0), [""; 0]);
-        assert!(repeats.is_shown("a: late", 0.0));
+        assert_eq!(repeats.due(0.0), []);
+        assert!(repeats.is_shown("a", "late", 0.0));
     }
 
     #[test]
     fn what_is_remembered_is_bounded() {
         let mut repeats = Repeats::default();
         for length in 0..2000 {
-            assert!(repeats.is_shown(&"x".repeat(length), 0.0));
+            assert!(repeats.is_shown("a", &"x".repeat(length), 0.0));
         }
         assert_eq!(repeats.known.len(), MAX_KNOWN);
     }
