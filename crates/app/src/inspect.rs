@@ -43,7 +43,7 @@ pub(super) fn report_problems(
         Err(reason) => {
             let plugin = quote(&plugin.name);
             let message = format!(
-                "{}: the plugin {plugin} cannot inspect it: {reason}; correct the files that it names, or the plugin",
+                "{}: the plugin {plugin} cannot inspect it: {reason}",
                 section.label
             );
             return report.concern(&section.span, message);

@@ -84,7 +84,10 @@ pub enum LoadError {
     /// A process of Python cannot describe it, for this reason.
     #[error("{0}")]
     Python(String),
-    /// The process that inspected it died, or did not finish in time.
+    /// The process that inspected it did not finish in time.
+    #[error("it cannot be loaded: {0}")]
+    InspectionSlow(String),
+    /// The process that inspected it died.
     #[error(
         "it cannot be loaded: {0}; the file is damaged, or its constructors are wrong: build or copy it again"
     )]

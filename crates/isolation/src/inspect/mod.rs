@@ -110,8 +110,10 @@ enum InspectorResponse {
 enum RequestError {
     /// No process could be started.
     NotStarted(io::Error),
-    /// The process died, or did not finish in time.
+    /// The process died.
     Died(String),
+    /// It did not finish in time.
+    Slow(String),
 }
 
 /// Inspects plugin files in separate processes: libraries in one, files of Python in another.
@@ -170,7 +172,7 @@ impl Inspector {
             Err(RequestError::NotStarted(error)) => {
                 Err(python::describe_start_error(&self.python.program, &error))
             }
-            Err(RequestError::Died(text)) => Err(text),
+            Err(RequestError::Died(text) | RequestError::Slow(text)) => Err(text),
         };
         known.get_or_insert_with(ask).clone()
     }
@@ -223,7 +225,10 @@ impl InspectorSlot {
                 }
                 // An earlier inspection may have caused this error, unless it is a timeout.
                 Err(error) if child.has_inspected && !is_timeout(&error) => {}
-                Err(error) => return Err(RequestError::Died(child.describe_failure(&error, timeout))),
+                Err(error) if is_timeout(&error) => {
+                    return Err(RequestError::Slow(describe_slowness(timeout)));
+                }
+                Err(_) => return Err(RequestError::Died(child.describe_death())),
             }
         }
     }
@@ -262,12 +267,13 @@ impl Inspect for Inspector {
                 )))
             }
             Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
-            Err(RequestError::Died(text)) if is_python => {
+            Err(RequestError::Died(text) | RequestError::Slow(text)) if is_python => {
                 // Is it this file alone, or every one?
                 let _ = self.ask_for_entry_points();
                 Err(LoadError::Python(text))
             }
             Err(RequestError::Died(text)) => Err(LoadError::InspectionFailed(text)),
+            Err(RequestError::Slow(text)) => Err(LoadError::InspectionSlow(text)),
         }
     }
 
@@ -278,7 +284,7 @@ impl Inspect for Inspector {
             name: inspection.name.to_owned(),
             listed: inspection.listed.to_vec(),
         };
-        match self.slot(path).request(INSPECT_TIMEOUT, |child| {
+        let reason = match self.slot(path).request(INSPECT_TIMEOUT, |child| {
             child.run_inspection(&request, inspection)
         }) {
             Ok((
@@ -293,18 +299,27 @@ impl Inspect for Inspector {
                     port,
                     words,
                 };
-                found.map(|found| found.into_iter().map(problem).collect())
+                match found {
+                    Ok(found) => return Ok(found.into_iter().map(problem).collect()),
+                    Err(reason) => reason,
+                }
             }
             Ok((InspectorResponse::Inspected { status, .. }, failure)) => {
-                Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
+                failure.unwrap_or_else(|| format!("it returned error {status} without a reason"))
             }
-            Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
+            Ok((InspectorResponse::Refused(reason), _)) => reason,
             Ok((InspectorResponse::Plugin { .. } | InspectorResponse::EntryPoints(_), _)) => {
-                Err(String::from("its process sent an invalid reply"))
+                String::from("its process sent an invalid reply")
             }
-            Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
-            Err(RequestError::Died(text)) => Err(text),
-        }
+            Err(RequestError::NotStarted(error)) => {
+                return Err(format!("no process can be started for it: {error}"));
+            }
+            Err(RequestError::Died(text)) => text,
+            Err(RequestError::Slow(text)) => return Err(text),
+        };
+        Err(format!(
+            "{reason}; correct the files that it names, or the plugin"
+        ))
     }
 
     fn entry_points(&self) -> Vec<(String, PathBuf)> {
@@ -388,11 +403,8 @@ impl InspectorProcess {
         }
     }
 
-    /// Describes why the process failed.
-    fn describe_failure(mut self, error: &io::Error, timeout: Duration) -> String {
-        if is_timeout(error) {
-            return format!("its inspection did not end within {} s", timeout.as_secs());
-        }
+    /// Describes why the process died.
+    fn describe_death(mut self) -> String {
         // A process that is already dying keeps its own cause of death.
         let _ = self.process.kill();
         let text = match self.reap() {
@@ -428,6 +440,15 @@ impl InspectorProcess {
         let shown = line.chars().filter(|character| !character.is_control());
         Some(shown.take(MAX_STDERR_CHARS).collect())
     }
+}
+
+/// Describes an inspection that did not end in time. Whether it would have, nobody knows.
+fn describe_slowness(timeout: Duration) -> String {
+    format!(
+        "its inspection did not end within {} s: the machine is busy, it waits for a file or a device, or it hangs; try again \
+         when the machine has less to do",
+        timeout.as_secs()
+    )
 }
 
 fn is_timeout(error: &io::Error) -> bool {
