@@ -5,7 +5,7 @@
 //! are in the order in which they were written, so the scans are played in this order, and a stamp counts if the ones
 //! after it agree. What the stamps do not tell is spread evenly.
 
-/// The longest pause between two scans, s. What is longer is a clock that was set; if it was a pause, nothing is lost.
+/// The longest pause between two lines, s. What is longer is a clock that was set; if it was a pause, nothing is lost.
 const PAUSE: f64 = 60.0;
 /// How many of the next stamps decide whether one of them counts.
 const AHEAD: usize = 16;
@@ -62,11 +62,20 @@ fn follows(last: f64, stamp: f64) -> bool {
     (0.0..=PAUSE).contains(&(stamp - last))
 }
 
+/// Whether the stamps of the lines between two scans lead from the stamp of one to that of the other: a robot that stands has
+/// no new scan for long in a log that leaves such scans out.
+pub(crate) fn leads(stamps: impl Iterator<Item = Option<f64>>, from: f64, to: f64) -> bool {
+    let mut between = stamps.flatten().filter(|stamp| (from..=to).contains(stamp));
+    let last = between.try_fold(from, |last, stamp| follows(last, stamp).then_some(stamp));
+    last.is_some_and(|last| follows(last, to))
+}
+
 impl Clock {
-    /// Reads the stamps of the scans, in the order of the log.
-    pub(crate) fn new(stamps: &[Option<f64>], interval: f64) -> Self {
+    /// Reads the stamps of the scans, in the order of the log. `is_led_to` tells whether other lines lead to the stamp of a scan
+    /// from that of the scan before.
+    pub(crate) fn new(stamps: &[Option<f64>], is_led_to: &dyn Fn(usize) -> bool, interval: f64) -> Self {
         let mut faults = Faults::default();
-        let kept = keep(stamps, &mut faults);
+        let kept = keep(stamps, is_led_to, &mut faults);
         let steps = || kept.windows(2).filter(|pair| !pair[1].is_jump);
         let covered = steps().map(|pair| pair[1].scan - pair[0].scan).sum();
         let mut gaps: Vec<f64> = steps()
@@ -102,7 +111,7 @@ impl Clock {
 
     /// Returns scans that are so far apart, s, with a clock that tells nothing.
     pub(crate) fn apart(gaps: &[f64]) -> Self {
-        let mut clock = Self::new(&vec![None; gaps.len() + 1], 1.0);
+        let mut clock = Self::new(&vec![None; gaps.len() + 1], &|_| false, 1.0);
         let mut now = 0.0;
         for (time, gap) in clock.times[1..].iter_mut().zip(gaps) {
             now += gap;
@@ -161,7 +170,7 @@ impl Clock {
 }
 
 /// Returns the stamps that count.
-fn keep(stamps: &[Option<f64>], faults: &mut Faults) -> Vec<Kept> {
+fn keep(stamps: &[Option<f64>], is_led_to: &dyn Fn(usize) -> bool, faults: &mut Faults) -> Vec<Kept> {
     let known: Vec<(usize, f64)> = (stamps.iter().enumerate())
         .filter_map(|(scan, stamp)| Some((scan, (*stamp)?)))
         .collect();
@@ -174,9 +183,15 @@ fn keep(stamps: &[Option<f64>], faults: &mut Faults) -> Vec<Kept> {
             None => continue,
             // Rounded, or the same scan again: the time until the next one is shared.
             Some(last) if last.stamp == stamp => continue,
-            Some(&Kept { stamp: last, .. }) => {
+            Some(&Kept {
+                scan: before,
+                stamp: last,
+                ..
+            }) => {
                 let fault = Fault { scan, last, stamp };
-                let (follows, more) = (follows(last, stamp), agree(stamp).cmp(&agree(last)));
+                let is_led = || before + 1 == scan && is_led_to(scan);
+                let follows = follows(last, stamp) || is_led();
+                let more = agree(stamp).cmp(&agree(last));
                 if follows && more.is_ge() {
                     false
                 } else if !follows && more.is_gt() {
@@ -222,7 +237,7 @@ mod tests {
 
     fn clock(stamps: &[f64]) -> Clock {
         let stamps: Vec<_> = stamps.iter().map(|stamp| Some(*stamp)).collect();
-        Clock::new(&stamps, 0.2)
+        Clock::new(&stamps, &|_| false, 0.2)
     }
 
     #[track_caller]
@@ -261,6 +276,27 @@ mod tests {
             let (count, fault) = read.faults.jumps.expect("it was set");
             assert_eq!((count, fault.scan, fault.last, fault.stamp), (1, 3, 102.0, other));
         }
+    }
+
+    #[test]
+    fn a_long_pause_is_played_if_other_lines_lead_through_it() {
+        let stamps = [100.0, 101.0, 301.0, 302.0, 303.0].map(Some);
+        let read = Clock::new(&stamps, &|scan| scan == 2, 0.2);
+        near(&read.times, &[0.0, 1.0, 201.0, 202.0, 203.0]);
+        assert_eq!(read.faults, Faults::default());
+        let lines = |stamps: &[f64]| {
+            let stamps: Vec<_> = stamps.iter().copied().map(Some).collect();
+            leads(stamps.into_iter(), 101.0, 301.0)
+        };
+        assert!(
+            lines(&[0.0, 150.0, 200.0, 7e9, 250.0]),
+            "what is not between them does not count"
+        );
+        assert!(
+            !lines(&[]) && !lines(&[150.0, 250.0]),
+            "a pause between two lines"
+        );
+        assert!(!lines(&[150.0, 200.0, 110.0, 250.0]), "it goes back");
     }
 
     #[test]

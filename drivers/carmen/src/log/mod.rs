@@ -333,7 +333,12 @@ impl Lines {
                 .iter()
                 .map(|scan| self.entries[*scan].reading.stamps[clock])
                 .collect();
-            Clock::new(&stamps, interval)
+            let is_led_to = |scan: usize| {
+                let lines = &self.entries[scans[scan - 1] + 1..scans[scan]];
+                let lines = lines.iter().map(|entry| entry.reading.stamps[clock]);
+                (stamps[scan - 1].zip(stamps[scan])).is_some_and(|(from, to)| clock::leads(lines, from, to))
+            };
+            Clock::new(&stamps, &is_led_to, interval)
         });
         let by_sender = sent.tells() >= logged.tells();
         let clock = if by_sender { sent } else { logged };
