@@ -133,6 +133,8 @@ pub struct Slam {
     pub(crate) last: Option<Pose2D>,
     /// When the last scan that fits was.
     seen: Option<Duration>,
+    /// Whether scans do not fit for longer than `patience`, which the log says.
+    is_lost: bool,
     /// The words of the last iteration.
     pub(crate) words: String,
     /// Where the robot was before a reload or a sleep.
@@ -287,12 +289,18 @@ impl Slam {
         let is_lost = |seen| cx.now().saturating_sub(seen) > patience;
         if self.seen.is_none_or(is_lost) {
             return Err(match self.slam.state() {
-                state @ (State::Differs(_) | State::Blind) => format!("no pose: {state}"),
+                state @ (State::Differs(_) | State::Blind) => {
+                    if !core::mem::replace(&mut self.is_lost, true) {
+                        warn!(cx, "no pose: {state}");
+                    }
+                    format!("no pose: {state}")
+                }
                 State::Empty | State::Fits(_) => "no scan that can be used".into(),
             });
         }
         let anchor = self.slam.anchor(&measured).ok_or("no scan yet")?;
         self.export_pose(cx, &odometry, &anchor);
+        self.is_lost = false;
         let full = if self.slam.scans().len() >= self.keyframes.get(cx) as usize {
             "; it has as many keyframes as it may"
         } else {
@@ -358,7 +366,10 @@ impl Slam {
             .drawn
             .advance(&self.slam, self.resolution.get(cx), self.margin.get(cx))
         {
-            warn!(cx, "the map is not drawn anew: {error}");
+            warn!(
+                cx,
+                "the map is not drawn anew, and its file keeps what it shows: {error}; raise `resolution`"
+            );
         }
         if self.drawn.is_new() && is_due(cx, self.drawn.exported, self.export_every.get(cx)) {
             let mut map = self.map.loan(cx);

@@ -232,6 +232,12 @@ fn what_cannot_be_used_leaves_no_pose_and_says_why() {
         spoil(&mut robot);
         robot.iterate();
         robot.says_nothing(words);
+        let warnings = robot
+            .bench
+            .log()
+            .iter()
+            .filter(|(_, line)| line.starts_with("no pose: "));
+        assert_eq!(warnings.count(), usize::from(words.contains("points")), "{words}");
         // It goes on when all is well again.
         robot.drive(4);
         robot.is_right();
