@@ -15,6 +15,8 @@ use crate::part::Mark;
 const METADATA: &str = "metadata.yaml";
 /// The largest such file: it names each topic and each file.
 const MOST_BYTES: u64 = 16 << 20;
+/// The most files that it may list: recorders begin one every few minutes.
+const MOST_FILES: usize = 10_000;
 /// Before this version the names of files begin with that of the bag's folder.
 const NAMES_IN_FOLDER: u32 = 4;
 /// How the names of files with messages end, and what is added if they are packed.
@@ -224,6 +226,9 @@ impl Listed {
         }
         if listed.files.is_empty() {
             listed.files = others;
+        }
+        if listed.files.len() > MOST_FILES {
+            return Err(format!("it lists more than {MOST_FILES} files"));
         }
         Ok(listed)
     }

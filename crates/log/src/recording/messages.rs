@@ -10,6 +10,7 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use rusqlite::Connection;
 
+use super::allowance::Allowance;
 use super::source::{Form, ZSTD};
 use super::{
     Channel, Chunk, Damage, MAX_RECORD, Message, Part, Place, ReadError, Recording, failed, scan, sqlite,
@@ -18,9 +19,6 @@ use super::{
 /// The largest number of bytes of messages that wait for earlier ones: several chunks, and little enough for the machine's
 /// memory.
 const MAX_QUEUED_BYTES: usize = 256 << 20;
-/// The messages of a file have at most this many times its bytes, and so many more: packed zeros of hours are no recording.
-const MAX_EXPANSION: u64 = 1024;
-const ALWAYS_ACCEPTED: u64 = 1 << 30;
 
 /// The messages of a recording in the order of their log times. The iterator ends with the first error.
 pub struct Messages {
@@ -35,8 +33,8 @@ pub struct Messages {
     queue: BTreeMap<(u64, u64), Message>,
     /// The bytes of the messages that wait.
     queued_bytes: usize,
-    /// The bytes of messages that may still be read.
-    allowed_bytes: u64,
+    /// What may still be read.
+    allowance: Allowance,
     /// The number of messages read from chunks so far. It keeps messages of the same time in the order of the
     /// file.
     count: u64,
@@ -56,8 +54,9 @@ struct Collected<'a> {
     messages: Vec<Message>,
     /// The bytes of memory that more messages may take.
     room: usize,
-    /// The bytes of all messages, those that are skipped too.
+    /// The bytes and the number of the messages, those that are skipped too.
     bytes: u64,
+    count: u64,
     /// What is wrong.
     wrong: Option<String>,
 }
@@ -76,10 +75,7 @@ impl Messages {
                 .collect(),
             queue: BTreeMap::new(),
             queued_bytes: 0,
-            allowed_bytes: recording
-                .file_bytes()
-                .saturating_mul(MAX_EXPANSION)
-                .saturating_add(ALWAYS_ACCEPTED),
+            allowance: Allowance::default(),
             count: 0,
             error: None,
         })
@@ -117,13 +113,17 @@ impl Messages {
             messages: Vec::new(),
             room: MAX_QUEUED_BYTES.saturating_sub(self.queued_bytes),
             bytes: 0,
+            count: 0,
             wrong: None,
         };
+        // The bytes of a chunk, packed and unpacked: it may have anything but messages, too.
+        let mut of_chunk = None;
         let result = match (file, chunk.place) {
             (OpenFile::Mcap(file), Place::At(offset)) => {
                 let read = scan::record(file, offset).map_err(failed(&part.path))?;
                 match read {
                     Some((op::CHUNK, body)) => {
+                        of_chunk = Some((body.len() as u64, scan::unpacked_bytes(&body)));
                         scan::for_each_record(&body, |record| collected.add_record(record))
                     }
                     Some(_) => {
@@ -152,13 +152,14 @@ impl Messages {
         if let Some(reason) = collected.wrong.take().or(result.err()) {
             return Err(damaged(reason));
         }
-        let Collected { messages, bytes, .. } = collected;
-        let Some(allowed) = self.allowed_bytes.checked_sub(bytes) else {
-            return Err(damaged(format!(
-                "its messages have more than {MAX_EXPANSION} times its bytes"
-            )));
-        };
-        self.allowed_bytes = allowed;
+        let Collected {
+            messages,
+            bytes,
+            count,
+            ..
+        } = collected;
+        let (packed, bytes) = of_chunk.unwrap_or((bytes + count * scan::HEAD, bytes));
+        self.allowance.take(packed, bytes, count).map_err(damaged)?;
         self.queued_bytes += messages.iter().map(size).sum::<usize>();
         for message in messages {
             self.count += 1;
@@ -190,6 +191,7 @@ impl Collected<'_> {
         data: &[u8],
     ) -> Result<(), String> {
         self.bytes += data.len() as u64;
+        self.count += 1;
         if log_time < self.from {
             return Ok(());
         }

@@ -2,6 +2,7 @@
 //! read as one. A file that was cut off, by a power cut or a full disk, is read up to the damage. Any MCAP
 //! file and any bag of ROS 2 can be read, without a clock, a robot or a plugin.
 
+mod allowance;
 mod channel;
 mod mcap_file;
 mod messages;
@@ -315,15 +316,6 @@ impl Recording {
     /// Returns the files, in their order.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.parts.iter().map(|part| &*part.path)
-    }
-
-    /// Returns the size of the files, unpacked, in bytes.
-    fn file_bytes(&self) -> u64 {
-        let bytes = self
-            .parts
-            .iter()
-            .map(|part| part.source.path().metadata().map_or(0, |metadata| metadata.len()));
-        bytes.sum()
     }
 
     /// Returns the number of the first existing part, from 1. `None` if the recording is a single file.

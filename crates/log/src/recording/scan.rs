@@ -11,6 +11,7 @@ use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, McapResult};
 
+use super::allowance::Allowance;
 use super::mcap_file::FileContents;
 use super::{Chunk, Damage, MAX_RECORD, Place};
 
@@ -43,6 +44,8 @@ struct Records<'a> {
     file: BufReader<&'a File>,
     at: u64,
     end: u64,
+    /// What may still be unpacked.
+    allowance: Allowance,
 }
 
 /// What ends the intact part of a file.
@@ -71,6 +74,15 @@ impl From<Exceeded> for Stop {
     }
 }
 
+/// Returns the bytes of a chunk when it is unpacked, as it states them.
+pub(super) fn unpacked_bytes(chunk: &[u8]) -> u64 {
+    // Behind two times.
+    chunk
+        .get(16..)
+        .and_then(|rest| rest.first_chunk())
+        .map_or(0, |bytes| u64::from_le_bytes(*bytes))
+}
+
 /// Returns the most bytes to which so many packed ones may be unpacked.
 pub(super) fn most_unpacked(packed: usize, most: usize) -> usize {
     packed
@@ -88,6 +100,7 @@ pub(super) fn scan(file: &File, part: usize, budget: &mut Budget) -> io::Result<
         file: BufReader::new(file),
         at: mcap::MAGIC.len() as u64,
         end,
+        allowance: Allowance::default(),
     };
     records.file.seek(SeekFrom::Start(records.at))?;
     let mut contents = FileContents::default();
@@ -147,14 +160,17 @@ fn one(
         op::CHUNK => {
             let body = records.body(length)?;
             if let Record::Chunk { header, .. } = mcap::parse_record(opcode, &body)? {
-                let mut result = Ok(());
+                let (mut result, mut messages) = (Ok(()), 0);
                 for_each_record(&body, |record| {
+                    messages += 1;
                     if result.is_ok() {
                         result = channels.add(record);
                     }
                     Ok(())
                 })?;
                 result?;
+                let taken = records.allowance.take(length, header.uncompressed_size, messages);
+                taken.map_err(Stop::Wrong)?;
                 budget.hold(size_of::<Chunk>())?;
                 contents.chunks.push(chunk(
                     Place::At(offset),

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
-use rusqlite::{Connection, OpenFlags, Row};
+use rusqlite::{Connection, ErrorCode, OpenFlags, Row};
 
 use super::{Channel, Chunk, MAX_RECORD, Place};
 
@@ -17,6 +17,9 @@ use super::{Channel, Chunk, MAX_RECORD, Place};
 const SLICE_BYTES: u64 = 1 << 20;
 /// What a row takes besides its message.
 const ROW_BYTES: u64 = 64;
+/// The most steps of SQLite's machine for the list of tables: some thousand tables, and how many are between two checks.
+const MAX_SCHEMA_STEPS: i32 = 100_000;
+const SCHEMA_PERIOD: i32 = 1000;
 /// The most topics, and definitions: as many channels as an MCAP file can have.
 const MAX_TOPICS: usize = 1 << 16;
 
@@ -39,7 +42,7 @@ pub(super) fn open(path: &Path) -> rusqlite::Result<Connection> {
         fs::metadata(name).is_ok_and(|metadata| metadata.len() > 0)
     };
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let connection = if sibling("-wal") || sibling("-journal") {
+    let mut connection = if sibling("-wal") || sibling("-journal") {
         Connection::open_with_flags(path, flags)?
     } else {
         // Nothing is to be taken from a journal, so that nothing need be written beside the file to read it.
@@ -55,7 +58,26 @@ pub(super) fn open(path: &Path) -> rusqlite::Result<Connection> {
     connection.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true)?;
     connection.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
     connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_RECORD as i32)?;
+    read_schema(&mut connection)?;
     Ok(connection)
+}
+
+/// Lets SQLite read the list of tables, all of which it holds in memory, unless it is longer than that of any bag.
+fn read_schema(connection: &mut Connection) -> rusqlite::Result<()> {
+    let mut periods = 0;
+    let is_too_long = move || {
+        periods += 1;
+        periods > MAX_SCHEMA_STEPS / SCHEMA_PERIOD
+    };
+    connection.progress_handler(SCHEMA_PERIOD, Some(is_too_long))?;
+    let read = connection.prepare("SELECT name FROM sqlite_schema").map(drop);
+    connection.progress_handler(0, None::<fn() -> bool>)?;
+    read.map_err(|error| match error {
+        rusqlite::Error::SqliteFailure(code, _) if code.code == ErrorCode::OperationInterrupted => {
+            rusqlite::Error::SqliteFailure(code, Some("it has too many tables".to_owned()))
+        }
+        error => error,
+    })
 }
 
 /// A byte of a path, in the path of a URI.
