@@ -88,13 +88,18 @@ impl RecordingReader {
         self.recording.channels()
     }
 
-    /// Lists its topics.
+    /// Lists its topics, the first ones if there are many.
     pub(crate) fn topics(&self) -> String {
+        const MAX_LISTED: usize = 20;
         let topics: Vec<_> = self.channels().map(|channel| &*channel.topic).collect();
-        if topics.is_empty() {
-            "none at all".to_owned()
-        } else {
-            topics.join(", ")
+        match topics.len() {
+            0 => "none at all".to_owned(),
+            ..=MAX_LISTED => topics.join(", "),
+            count => format!(
+                "{} and {} others",
+                topics[..MAX_LISTED].join(", "),
+                count - MAX_LISTED
+            ),
         }
     }
 

@@ -148,7 +148,11 @@ impl Analysis {
         let parts = self.survey.parts.as_ref();
         remarks
             .extend(parts.and_then(|parts| Some(format!("of the recording {}", parts.describe_missing()?))));
-        let lost: u64 = self.survey.lost.values().sum();
+        let lost = self
+            .survey
+            .lost
+            .values()
+            .fold(0_u64, |all, lost| all.saturating_add(*lost));
         if lost > 0 {
             remarks.push(format!("{lost} values were lost while it was recorded"));
         }

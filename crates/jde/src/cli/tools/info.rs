@@ -20,6 +20,8 @@ use crate::terminal::{BAD, FAINT, TITLE, WARN};
 /// as complete from the start.
 const LATE_START_NS: u64 = 100_000_000;
 
+/// The most topics that are shown.
+const MAX_LINES: usize = 1000;
 /// The most files of a recording that are listed by name.
 const MAX_LISTED: usize = 6;
 
@@ -98,6 +100,7 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     if !survey.topics.is_empty() {
         writeln!(out)?;
         topic_table(survey).write(out)?;
+        write_more(survey.topics.len(), "topics", out)?;
     }
     if !survey.left_out.is_empty() {
         writeln!(out)?;
@@ -119,13 +122,22 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     for schema in &survey.troubled {
         write_problems(schema, out)?;
     }
-    for (topic, lost) in &survey.lost {
-        writeln!(out, "{WARN}{lost} lost{WARN:#} of {topic}")?;
+    for (topic, lost) in survey.lost.iter().take(MAX_LINES) {
+        writeln!(out, "{WARN}{lost} lost{WARN:#} of {}", escape(topic))?;
     }
+    write_more(survey.lost.len(), "topics with lost values", out)?;
     for gap in &survey.gaps {
         writeln!(out, "{WARN}gap{WARN:#}: {gap}")?;
     }
     Ok(())
+}
+
+/// Writes how many things of a list are not shown.
+fn write_more(count: usize, what: &str, out: &mut dyn Write) -> io::Result<()> {
+    match count.saturating_sub(MAX_LINES) {
+        0 => Ok(()),
+        more => writeln!(out, "and {more} more {what}, which --json shows"),
+    }
 }
 
 fn write_headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
@@ -188,7 +200,7 @@ fn topic_table(survey: &Survey) -> Table {
         bytes,
         rate_hz,
         ..
-    } in &survey.topics
+    } in survey.topics.iter().take(MAX_LINES)
     {
         table.add_row([
             Cell::from(topic).styled(TITLE),
