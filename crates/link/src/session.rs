@@ -23,6 +23,8 @@ const OPENING: Duration = Duration::from_secs(4);
 const BLOCKED_US: u64 = 200_000;
 /// Longest password file that is read, bytes.
 const MAX_PASSWORD_FILE: u64 = 4096;
+/// The largest file of certificates or of a key, in bytes: some hundred authorities.
+const MAX_PEM_FILE: u64 = 1 << 20;
 /// Largest message, bytes: the largest picture with room to spare.
 const LARGEST: u64 = 64 << 20;
 /// Longest time for closing a session.
@@ -223,6 +225,7 @@ fn config(options: &SessionOptions<'_>) -> Result<Config, Error> {
         settings.push(("transport/auth/usrpwd/dictionary_file", json!(users)));
     }
     if let Some(tls) = options.tls {
+        tls.check()?;
         settings.push(("transport/link/tls", tls.json()));
     }
     if let Some(rules) = &options.access_control {
@@ -238,6 +241,22 @@ fn config(options: &SessionOptions<'_>) -> Result<Config, Error> {
 }
 
 impl Tls {
+    /// Refuses files that Zenoh, which reads them to their end, would not return from.
+    ///
+    /// # Errors
+    /// [`Error::Open`]: a file cannot be read, is no regular file or is larger than any of its kind.
+    fn check(&self) -> Result<(), Error> {
+        let own = self
+            .identity
+            .iter()
+            .flat_map(|(certificate, key)| [certificate, key]);
+        own.chain(&self.authority).try_for_each(|file| {
+            let read = jde_files::read(Path::new(file), MAX_PEM_FILE);
+            read.map(drop)
+                .map_err(|error| Error::Open(format!("{file}: {error}")))
+        })
+    }
+
     fn json(&self) -> Value {
         let (certificate, key) = self.identity.clone().unzip();
         let mutual = self.identity.is_some() && self.authority.is_some() && self.clients;

@@ -142,6 +142,7 @@ impl RuntimeFolder {
         drop(File::open(self.path.join("hung")));
         let names = std::fs::read_dir(&self.path).map_err(|error| self.unusable(error))?;
         let mut entries = Vec::new();
+        let mut unreadable = Vec::new();
         for file in names.flatten() {
             let name = file.file_name();
             let Some(id) = name.to_str().and_then(|name| name.strip_suffix(".json")) else {
@@ -154,9 +155,17 @@ impl RuntimeFolder {
                     stop_socket: self.stop_socket(id),
                 }),
                 AnnouncementState::Running(_) | AnnouncementState::Unreadable => {
-                    tracing::warn!(file = %file.path().display(), "an announcement cannot be read");
+                    unreadable.push(file.path());
                 }
                 AnnouncementState::Stale => self.remove_files(id),
+            }
+        }
+        match unreadable.as_slice() {
+            [] => {}
+            [file] => tracing::warn!(file = %file.display(), "an announcement cannot be read"),
+            [file, others @ ..] => {
+                let others = others.len();
+                tracing::warn!(file = %file.display(), others, "announcements cannot be read");
             }
         }
         Ok(entries)
@@ -263,6 +272,8 @@ impl RuntimeFolder {
             .create(true)
             .truncate(false)
             .mode(0o600)
+            // A pipe would wait for its reader.
+            .custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed())
             .open(self.path.join(LOCK))
             .map_err(|error| self.unusable(error))?;
         let deadline = Instant::now() + LOCK_TIMEOUT;
