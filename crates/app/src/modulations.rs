@@ -147,11 +147,11 @@ fn set_initial(
     };
     let Some(value) = value else { return };
     if let Some(path) = paths.missing_file(&port.unit, &value) {
-        let message = format!(
-            "{} is {}, and there is no such file",
-            section.key(&port.name),
-            quote(path)
-        );
+        let wrong = match std::path::Path::new(path).exists() {
+            true => "which is no regular file",
+            false => "and there is no such file",
+        };
+        let message = format!("{} is {}, {wrong}", section.key(&port.name), quote(path));
         report.fault(&node.span(), message).advise(format!(
             "put it there, or write another path, absolute or relative to {}",
             quote(&paths.folder.display().to_string())

@@ -9,7 +9,7 @@ use super::fault::Faults;
 use super::report::{FaultReport, quote};
 
 /// The largest file: enough for twenty thousand schemas. Nobody writes a larger one.
-const MAX_BYTES: u64 = 2 << 20;
+pub(crate) const MAX_BYTES: u64 = 2 << 20;
 
 /// Returns the text of a file. `what` names its kind in messages: "application".
 ///

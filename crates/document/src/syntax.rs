@@ -4,6 +4,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
+use super::file::MAX_BYTES;
 use super::report::{FaultReport, quote};
 
 /// The most errors that are reported: in binary data every byte is one.
@@ -21,6 +22,11 @@ const MAX_ENTRIES: usize = 10_000;
 /// document is not the intended one, and faults in it would be misleading. The same for tables that are too long. The
 /// parser limits how deep values contain each other.
 pub fn parse<'t>(report: &mut FaultReport, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
+    // The text may be one that a recording contains.
+    if text.len() as u64 > MAX_BYTES {
+        report.file_fault(format!("it has more than {} MiB", MAX_BYTES >> 20));
+        return None;
+    }
     let (document, errors) = DeTable::parse_recoverable(text);
     report_errors(report, text, &errors);
     let complete = errors.is_empty() && !refuse_long(report, document.get_ref(), ("the file", 0));

@@ -293,6 +293,9 @@ fn render_faults(faults: &Faults, label: Severity) -> String {
     text
 }
 
+/// The largest file of which a line is shown, bytes: none that has faults is larger.
+const MAX_SOURCE: u64 = 4 << 20;
+
 /// A fault with its source line, in the form that compilers use.
 fn render_fault(fault: &Fault, label: Severity) -> String {
     let help = fault.help.as_deref();
@@ -304,7 +307,8 @@ fn render_fault(fault: &Fault, label: Severity) -> String {
             span,
         } => {
             let shown = escape(&display_path(file));
-            let source = std::fs::read_to_string(file).ok();
+            let source = jde_files::read(file, MAX_SOURCE).ok();
+            let source = source.and_then(|source| String::from_utf8(source).ok());
             let text = source
                 .as_deref()
                 .and_then(|source| line_around(source, span.start));

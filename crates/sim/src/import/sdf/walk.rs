@@ -194,6 +194,9 @@ impl Reader<'_> {
     }
 
     fn include(&mut self, node: &Node, context: Context<'_>) -> Result<(), Fault> {
+        // It is searched, whatever is found.
+        let work = self.budget.work(MODEL);
+        work.map_err(|error| self.fault(&node.place(), error))?;
         let uri = node
             .child("uri")
             .map(|uri| uri.text().to_owned())
