@@ -1,6 +1,8 @@
 //! A folder in which applications announce themselves. It is private to the user and has a file and a socket
 //! for each application. A file is valid only while its application holds a lock on it, so neither `kill -9`
 //! nor a reused process id leaves a false announcement.
+//!
+//! long because listing, claiming and removing follow one protocol of locks and files.
 
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
 use std::io::{Read, Write as _};
