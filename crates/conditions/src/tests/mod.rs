@@ -324,7 +324,11 @@ fn event(time_s: f64, kind: &str, schema: &str) -> RunRecord {
         time_s,
         kind: kind.to_owned(),
         schema: Some(schema.to_owned()),
-        text: "why".to_owned(),
+        text: match kind {
+            "operator" => format!("ana played {schema}"),
+            "late" => "took over in roots after 3.000 ms, and its contract allows 1.000 ms".to_owned(),
+            _ => "why".to_owned(),
+        },
         by: Some("ana".to_owned()),
         ..EventMessage::default()
     };
@@ -423,8 +427,5 @@ fn overruns_faults_refusals_and_operator_actions_fire() {
         firings("refused", &records),
         ["5 refused to goon: why", "6 refused to goon: why"]
     );
-    assert_eq!(
-        firings("operator", &records),
-        ["7 operator: somebody acted on goon"]
-    );
+    assert_eq!(firings("operator", &records), ["7 operator: ana acted on goon"]);
 }

@@ -264,7 +264,7 @@ fn types_that_cannot_be_shared_are_refused_with_the_line() {
     assert_refused("===\nMSG: a/A\nint8 x", "line 2: there is a `a/A`");
     assert_refused(
         "b/B b\n===\nMSG: b/B\nint8 x\n===\nMSG: b/B\nint8 y",
-        "line 5: there is a `b/B`",
+        "line 6: there is a `b/B`",
     );
 }
 
