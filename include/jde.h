@@ -23,7 +23,7 @@
  * - No function unwinds: a panic or an exception is caught on the side where it arose.
  * - Calls of one instance never overlap, but may come from different threads one after another.
  *
- * Generated from crates/abi/src/raw/mod.rs; `cargo xtask headers` renews it.
+ * Generated from plugin/abi/src/raw/mod.rs; `cargo xtask headers` renews it.
  */
 #ifndef JDE_H
 #define JDE_H

@@ -15,7 +15,7 @@
  *   not know must be. Functions are only added: a program runs with every newer library of the same name.
  * - The library installs no handler of signals, prints nothing, and never ends the process.
  *
- * Generated from crates/c/src; `cargo xtask headers` renews it.
+ * Generated from programs/c/src; `cargo xtask headers` renews it.
  */
 #ifndef JDE_RUN_H
 #define JDE_RUN_H

@@ -4,7 +4,7 @@
  *
  * Texts are UTF-8 without a NUL. Elements beyond a length are ignored; a length beyond the capacity is invalid.
  *
- * Generated from crates/types; `cargo xtask headers` renews it.
+ * Generated from plugin/types; `cargo xtask headers` renews it.
  */
 #ifndef JDE_TYPES_H
 #define JDE_TYPES_H

@@ -9,21 +9,21 @@ use jde_ros::cdr;
 
 #[path = "../../drivers/carmen/src/tests/checks.rs"]
 mod carmen;
-#[path = "../../crates/p2os/tests/it/checks.rs"]
+#[path = "../../devices/p2os/tests/it/checks.rs"]
 mod checks;
-#[path = "../../crates/link/tests/link/checks.rs"]
+#[path = "../../observe/link/tests/link/checks.rs"]
 mod link;
 #[path = "../../drivers/carmen/src/log/mod.rs"]
 mod log;
-#[path = "../../crates/panel/tests/it/checks.rs"]
+#[path = "../../plugin/panel/tests/it/checks.rs"]
 mod panel;
-#[path = "../../crates/player/tests/it/checks.rs"]
+#[path = "../../devices/player/tests/it/checks.rs"]
 mod player;
-#[path = "../../crates/log/tests/it/checks.rs"]
+#[path = "../../observe/log/tests/it/checks.rs"]
 mod recordings;
-#[path = "../../crates/sim/tests/it/checks.rs"]
+#[path = "../../robotics/sim/tests/it/checks.rs"]
 mod sim;
-#[path = "../../crates/vision/tests/it/checks.rs"]
+#[path = "../../robotics/vision/tests/it/checks.rs"]
 mod vision;
 
 /// Checks the reader of calibrations of cameras with a file.

@@ -1,7 +1,7 @@
 /*
  * The standard types of sensors and actuators, as values in C++: the structures of jde_types.h.
  *
- * Generated from crates/types; `cargo xtask headers` renews it.
+ * Generated from plugin/types; `cargo xtask headers` renews it.
  */
 #ifndef JDE_TYPES_HPP
 #define JDE_TYPES_HPP

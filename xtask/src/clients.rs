@@ -16,7 +16,7 @@ const PAGE: &str = "docs/protocol.md";
 /// The application that the programs inspect. Its schema `example` has a panel.
 const APPLICATION: &str = "apps/safe-navigation.toml";
 /// Peers without credentials. None of them may operate the application.
-const ROGUE: &str = "crates/link/tests/peers/rogue.py";
+const ROGUE: &str = "observe/link/tests/peers/rogue.py";
 /// The endpoint of the robot on the page, which is replaced by that of the test.
 const ENDPOINT: &str = "tcp/robot2.local:7447";
 /// The limit for finding the application and for one program: a hundred times the usual time.

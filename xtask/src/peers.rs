@@ -40,17 +40,17 @@ const ENVIRONMENT: Environment = Environment {
     ],
 };
 /// Reads a recording of the demonstration and compares its numbers with those that jde reads.
-const READER: &str = "crates/log/tests/peers/read_mcap.py";
+const READER: &str = "observe/log/tests/peers/read_mcap.py";
 /// Reads the panels of a recording.
-const PANELS: &str = "crates/log/tests/peers/read_panels.py";
+const PANELS: &str = "observe/log/tests/peers/read_panels.py";
 /// Decodes every message of a recording, and compares the selections with those that the run reported.
-const ALL_READER: &str = "crates/log/tests/peers/read_all.py";
+const ALL_READER: &str = "observe/log/tests/peers/read_all.py";
 /// Writes a bag of ROS 2.
-const BAG_WRITER: &str = "crates/log/tests/peers/write_bag.py";
+const BAG_WRITER: &str = "observe/log/tests/peers/write_bag.py";
 /// The page with an application that plays a bag.
 const BAG_PAGE: &str = "docs/replays.md";
 /// Drives ahead, turns and stops. Fails if the robot does not follow.
-const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
+const CLIENT: &str = "devices/p2os-server/tests/peers/soar_client.py";
 /// A client from outside the repository, used if the file exists. It drives ahead and prints.
 const EXTERNAL_CLIENT: &str = "../shared/p2os/soar_client.py";
 /// The time after which the server ends, and with it the client's serial line.

@@ -93,7 +93,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if context.options.package.is_none() {
         // The tests of conformance with schemas in Python, which the step `tests` ignores.
         let programs = programs::build(context, &context.selection())?;
-        let mut job = programs::find(&programs, "crates/host", "conformance")?.job(&context.root);
+        let mut job = programs::find(&programs, "runtime/host", "conformance")?.job(&context.root);
         job.command
             .arg("--ignored")
             .env("PYTHONPATH", &python.packages)

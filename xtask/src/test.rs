@@ -155,7 +155,7 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "python",
         title: "the Python package: its style, its types and its tests",
-        help: "see above; `PYTHONPATH=target/python target/pytest/bin/python -m pytest crates/python` runs the tests again",
+        help: "see above; `PYTHONPATH=target/python target/pytest/bin/python -m pytest programs/python` runs the tests again",
         is_heavy: true,
         needs: &["build"],
         run: pytest::run,

@@ -15,9 +15,9 @@ use crate::test::Context;
 
 /// The tests: folder of the package and name.
 const TESTS: &[(&str, &str)] = &[
-    ("crates/abi", "read"),
-    ("crates/board", "torture"),
-    ("crates/schema", "conformance"),
+    ("plugin/abi", "read"),
+    ("runtime/board", "torture"),
+    ("plugin/schema", "conformance"),
 ];
 
 /// A definite leak is an error. Without fair scheduling, a spinning thread may starve the others.

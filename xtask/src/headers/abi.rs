@@ -15,14 +15,14 @@ use super::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order of the declarations in C.
 const SOURCES: [&str; 8] = [
-    include_str!("../../../crates/abi/src/raw/mod.rs"),
-    include_str!("../../../crates/abi/src/raw/host.rs"),
-    include_str!("../../../crates/abi/src/raw/panel.rs"),
-    include_str!("../../../crates/abi/src/raw/state.rs"),
-    include_str!("../../../crates/abi/src/raw/inspect.rs"),
-    include_str!("../../../crates/abi/src/raw/guard.rs"),
-    include_str!("../../../crates/abi/src/raw/lists.rs"),
-    include_str!("../../../crates/abi/src/raw/turns.rs"),
+    include_str!("../../../plugin/abi/src/raw/mod.rs"),
+    include_str!("../../../plugin/abi/src/raw/host.rs"),
+    include_str!("../../../plugin/abi/src/raw/panel.rs"),
+    include_str!("../../../plugin/abi/src/raw/state.rs"),
+    include_str!("../../../plugin/abi/src/raw/inspect.rs"),
+    include_str!("../../../plugin/abi/src/raw/guard.rs"),
+    include_str!("../../../plugin/abi/src/raw/lists.rs"),
+    include_str!("../../../plugin/abi/src/raw/turns.rs"),
 ];
 /// The part of `jde.h` that exists only in C: macros and functions that use the tables.
 const HELPERS: &str = include_str!("helpers.h");
@@ -31,7 +31,7 @@ pub(super) fn header() -> String {
     let files = SOURCES.map(parse);
     let items: Vec<&Item> = files.iter().flat_map(|file| &file.items).collect();
     let writer = Writer::new(&items, &SOURCES);
-    let mut out = writer.head(&files[0], "crates/abi/src/raw/mod.rs");
+    let mut out = writer.head(&files[0], "plugin/abi/src/raw/mod.rs");
     out.push_str("#ifndef JDE_H\n#define JDE_H\n\n");
     out.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n\n");
     out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");

@@ -9,12 +9,12 @@ use super::names::{block, structure};
 
 /// The tables, and the functions in the order of the declarations in C.
 const SOURCES: [&str; 6] = [
-    include_str!("../../../crates/c/src/tables.rs"),
-    include_str!("../../../crates/c/src/boundary.rs"),
-    include_str!("../../../crates/c/src/application.rs"),
-    include_str!("../../../crates/c/src/run.rs"),
-    include_str!("../../../crates/c/src/values.rs"),
-    include_str!("../../../crates/c/src/operations.rs"),
+    include_str!("../../../programs/c/src/tables.rs"),
+    include_str!("../../../programs/c/src/boundary.rs"),
+    include_str!("../../../programs/c/src/application.rs"),
+    include_str!("../../../programs/c/src/run.rs"),
+    include_str!("../../../programs/c/src/values.rs"),
+    include_str!("../../../programs/c/src/operations.rs"),
 ];
 
 pub(super) fn header() -> String {
@@ -22,7 +22,7 @@ pub(super) fn header() -> String {
     let [tables, modules @ ..] = &files;
     let items: Vec<&Item> = tables.items.iter().collect();
     let writer = Writer::new(&items, &SOURCES);
-    let mut out = writer.head(tables, "crates/c/src");
+    let mut out = writer.head(tables, "programs/c/src");
     out.push_str("#ifndef JDE_RUN_H\n#define JDE_RUN_H\n\n#include \"jde.h\"\n\n");
     out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
     for item in &items {

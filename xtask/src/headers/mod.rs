@@ -28,7 +28,7 @@ fn stale(root: &Path) -> Vec<(&'static str, String)> {
         ("include/jde_run.h", library::header()),
         ("include/jde_types.h", types::header()),
         ("include/jde/types.hpp", types::cplusplus()),
-        ("crates/python/python/jde/types.py", python::module()),
+        ("programs/python/python/jde/types.py", python::module()),
     ];
     let page = fs::read_to_string(root.join(PAGE));
     files.extend(page.ok().map(|page| (PAGE, policies::renew(&page))));
@@ -72,7 +72,7 @@ mod tests {
         let error = check(root.path()).unwrap_err().to_string();
         assert_eq!(
             error,
-            "stale: include/jde.h, include/jde_run.h, include/jde_types.h, include/jde/types.hpp, crates/python/python/jde/types.py; `cargo xtask headers` renews them"
+            "stale: include/jde.h, include/jde_run.h, include/jde_types.h, include/jde/types.hpp, programs/python/python/jde/types.py; `cargo xtask headers` renews them"
         );
         renew(root.path()).unwrap();
         check(root.path()).unwrap();

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use jde_core::POLICIES;
 
-const BEGIN: &str = "<!-- policies: from crates/core/src/policy; `cargo xtask headers` renews them -->\n";
+const BEGIN: &str = "<!-- policies: from rules/core/src/policy; `cargo xtask headers` renews them -->\n";
 const END: &str = "<!-- end -->\n";
 
 /// Returns the page with a new table. A page without the marks of a table stays as it is.

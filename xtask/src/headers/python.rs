@@ -6,14 +6,14 @@ use std::fmt::Write;
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 /// The classes with functions, in `jde/_standard.py`.
-const FUNCTIONS: &str = include_str!("../../../crates/python/python/jde/_standard.py");
+const FUNCTIONS: &str = include_str!("../../../programs/python/python/jde/_standard.py");
 /// The longest line.
 const WIDTH: usize = 120;
 
 pub(super) fn module() -> String {
     let mut out = String::from(
         "\"\"\"The standard types of sensors and actuators: SI units, axes of REP-103.\n\n\
-         Generated from crates/types; `cargo xtask headers` renews it.\n\"\"\"\n\n\
+         Generated from plugin/types; `cargo xtask headers` renews it.\n\"\"\"\n\n\
          import math\nfrom collections.abc import Sequence\n\nfrom jde import _standard\n\
          from jde._standard import LaserPoint, SonarEcho, normalize_angle\n\
          from jde._values import field, standard\n",

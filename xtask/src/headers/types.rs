@@ -12,7 +12,7 @@ pub(super) fn header() -> String {
         "/*\n * The standard types of sensors and actuators, with the fields of their ROS 2 interfaces: SI units, axes of REP-103.\n \
          * Each has a structure, and a description `<structure>_type` for tables of ports.\n *\n \
          * Texts are UTF-8 without a NUL. Elements beyond a length are ignored; a length beyond the capacity is invalid.\n *\n \
-         * Generated from crates/types; `cargo xtask headers` renews it.\n */\n\
+         * Generated from plugin/types; `cargo xtask headers` renews it.\n */\n\
          #ifndef JDE_TYPES_H\n#define JDE_TYPES_H\n\n#include \"jde.h\"\n\n\
          #ifdef __cplusplus\nextern \"C\" {\n#endif\n\n\
          /** A jde_field at the offset `element`, for the tables below. */\n\
@@ -31,7 +31,7 @@ pub(super) fn cplusplus() -> String {
     let types = jde_types::standard();
     let mut out = String::from(
         "/*\n * The standard types of sensors and actuators, as values in C++: the structures of jde_types.h.\n *\n \
-         * Generated from crates/types; `cargo xtask headers` renews it.\n */\n\
+         * Generated from plugin/types; `cargo xtask headers` renews it.\n */\n\
          #ifndef JDE_TYPES_HPP\n#define JDE_TYPES_HPP\n\n#include \"value.hpp\"\n\n",
     );
     for ty in &types {

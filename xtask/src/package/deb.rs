@@ -27,7 +27,7 @@ const DEVELOPMENT: &[&str] = &[
 ];
 
 /// The licence of the codes of tags.
-const TAGS: &str = "crates/tags/LICENSE-apriltag";
+const TAGS: &str = "robotics/tags/LICENSE-apriltag";
 
 /// The folder of the package for Python in the prefix, and that of Debian's interpreters.
 const PYTHON: [&str; 2] = ["lib/jde/python", "lib/python3/dist-packages"];
@@ -314,7 +314,7 @@ fn copyright(mit: &str, tags: &str, year: &str) -> Result<String> {
         "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: jde\n\
          Comment: /usr/share/doc/jde/third-party.txt.gz has the notices of the libraries that are built in.\n\n\
          Files: *\nCopyright: {year} {holder}\nLicense: Expat or Apache-2.0\n\n\
-         Files: crates/tags/src/codes.rs\nCopyright: {others}\nLicense: BSD-2-Clause\n\n\
+         Files: robotics/tags/src/codes.rs\nCopyright: {others}\nLicense: BSD-2-Clause\n\n\
          License: Expat\n{}\nLicense: BSD-2-Clause\n{}\nLicense: Apache-2.0\n \
          On Debian systems, the full text is in /usr/share/common-licenses/Apache-2.0.\n",
         folded(text),

@@ -32,7 +32,7 @@ const SDK: &[&str] = &["jde-device", "jde-schema", "jde-types"];
 
 /// The library of programs that run applications, for the compiler.
 pub(super) const LIBRARY: &str = "libjde.so";
-/// The same for a program that starts, as `crates/c/build.rs` names it.
+/// The same for a program that starts, as `programs/c/build.rs` names it.
 pub(super) const SONAME: &str = "libjde.so.0";
 
 /// The shells with completions, each with the file in which it looks for them.

@@ -10,7 +10,7 @@ use crate::paint::Paint;
 use crate::{project_files, shell};
 
 /// The crate with the package.
-pub(crate) const CRATE: &str = "crates/python";
+pub(crate) const CRATE: &str = "programs/python";
 /// The library that cargo builds.
 const LIBRARY: &str = "lib_jde.so";
 /// The same in the package, with the name of Python's stable ABI.

@@ -4,7 +4,7 @@
 use super::tree::{Tree, Violation};
 use crate::metadata::{Dependency, Kind, Metadata, Package};
 
-/// The page with the table: a row for each folder, `| `crates/sim` | contents | nothing of jde |`.
+/// The page with the table: a row for each folder, `| `robotics/sim` | contents | nothing of jde |`.
 const PAGE: &str = "docs/architecture.md";
 
 /// What a folder may use, as its row of the page says.
@@ -150,37 +150,37 @@ mod tests {
     #[test]
     fn an_arrow_of_the_table_passes() {
         assert_eq!(
-            check_one("crates/board", "jde-board", &ours("crates/abi", "null")),
+            check_one("runtime/board", "jde-board", &ours("plugin/abi", "null")),
             [""; 0]
         );
         assert_eq!(
-            check_one("drivers/sim", "sim", &ours("crates/sim", "null")),
+            check_one("drivers/sim", "sim", &ours("robotics/sim", "null")),
             [""; 0]
         );
         assert_eq!(
-            check_one("crates/jde", "jde", &ours("crates/sim", "null")),
+            check_one("programs/jde", "jde", &ours("robotics/sim", "null")),
             [""; 0]
         );
     }
 
     #[test]
     fn any_other_arrow_fails() {
-        let found = check_one("crates/sim", "jde-sim", &ours("crates/schema", "null"));
+        let found = check_one("robotics/sim", "jde-sim", &ours("plugin/schema", "null"));
         assert_eq!(
             found,
-            ["1: crates/sim uses crates/schema, against the direction of the arrows"]
+            ["1: robotics/sim uses plugin/schema, against the direction of the arrows"]
         );
         assert_eq!(
-            check_one("schemas/stop", "stop", &ours("crates/host", "\"build\"")).len(),
+            check_one("schemas/stop", "stop", &ours("runtime/host", "\"build\"")).len(),
             1
         );
-        assert_eq!(check_one("crates/jde", "jde", &ours("xtask", "null")).len(), 1);
+        assert_eq!(check_one("programs/jde", "jde", &ours("xtask", "null")).len(), 1);
     }
 
     #[test]
     fn tests_may_use_any_crate() {
         assert_eq!(
-            check_one("crates/core", "jde-core", &ours("crates/host", "\"dev\"")),
+            check_one("rules/core", "jde-core", &ours("runtime/host", "\"dev\"")),
             [""; 0]
         );
     }
@@ -189,10 +189,10 @@ mod tests {
     fn the_rules_use_no_library() {
         let serde = r#"{"name": "serde", "req": "^1"}"#;
         assert_eq!(
-            check_one("crates/core", "jde-core", serde),
-            ["2: crates/core uses the library serde"]
+            check_one("rules/core", "jde-core", serde),
+            ["2: rules/core uses the library serde"]
         );
-        assert_eq!(check_one("crates/host", "jde-host", serde), [""; 0]);
+        assert_eq!(check_one("runtime/host", "jde-host", serde), [""; 0]);
     }
 
     #[test]
@@ -206,8 +206,8 @@ mod tests {
     #[test]
     fn a_package_is_called_like_its_folder() {
         assert_eq!(
-            check_one("crates/abi", "abi", ""),
-            ["1: the package in crates/abi is called abi"]
+            check_one("plugin/abi", "abi", ""),
+            ["1: the package in plugin/abi is called abi"]
         );
     }
 }

@@ -6,16 +6,16 @@ use super::tree::{File, Tree, Violation};
 /// The places that must not panic: transactions and what they call of the host, the supervisor, and the way of a message
 /// to its stream.
 const NEVER_PANIC: &[&str] = &[
-    "crates/host/src/engine/operators/",
-    "crates/host/src/engine/rules/",
-    "crates/host/src/exec/supervisor.rs",
-    "crates/host/src/stalls.rs",
-    "crates/jde/src/log/",
-    "crates/jde/src/queue.rs",
-    "crates/jde/src/session/collector.rs",
-    "crates/jde/src/terminal/",
-    "crates/link/src/server/events.rs",
-    "crates/link/src/server/stop_socket.rs",
+    "runtime/host/src/engine/operators/",
+    "runtime/host/src/engine/rules/",
+    "runtime/host/src/exec/supervisor.rs",
+    "runtime/host/src/stalls.rs",
+    "programs/jde/src/log/",
+    "programs/jde/src/queue.rs",
+    "programs/jde/src/session/collector.rs",
+    "programs/jde/src/terminal/",
+    "observe/link/src/server/events.rs",
+    "observe/link/src/server/stop_socket.rs",
 ];
 /// Whatever ends in a panic.
 const PANICS: &[&str] = &[
@@ -28,11 +28,11 @@ const PANICS: &[&str] = &[
 
 /// The places under the lock. Transactions leave what they have to say in `messages.rs`.
 const UNDER_LOCK: &[&str] = &[
-    "crates/host/src/engine/operators/",
-    "crates/host/src/engine/rules/",
-    "crates/jde/src/session/collector.rs",
+    "runtime/host/src/engine/operators/",
+    "runtime/host/src/engine/rules/",
+    "programs/jde/src/session/collector.rs",
 ];
-const LOGS_AFTER: &str = "crates/host/src/engine/rules/messages.rs";
+const LOGS_AFTER: &str = "runtime/host/src/engine/rules/messages.rs";
 /// Whatever logs.
 const LOGS: &[&str] = &[
     "tracing::trace!",
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn panics_and_logs_under_the_lock_are_found() {
-        let rules = "crates/host/src/engine/rules/transact.rs";
+        let rules = "runtime/host/src/engine/rules/transact.rs";
         for code in [
             "put.expect(\"it\")",
             "put.unwrap()",
@@ -90,14 +90,14 @@ mod tests {
             "tracing::warn!(\"it\")",
         ] {
             assert_eq!(count(rules, code), 1, "{code}");
-            assert_eq!(count("crates/host/src/engine/rules/tests.rs", code), 0, "{code}");
-            assert_eq!(count("crates/host/src/runner/mod.rs", code), 0, "{code}");
+            assert_eq!(count("runtime/host/src/engine/rules/tests.rs", code), 0, "{code}");
+            assert_eq!(count("runtime/host/src/runner/mod.rs", code), 0, "{code}");
         }
     }
 
     #[test]
     fn code_that_handles_the_case_passes() {
-        let rules = "crates/host/src/engine/rules/transact.rs";
+        let rules = "runtime/host/src/engine/rules/transact.rs";
         for code in [
             "lock.unwrap_or_else(PoisonError::into_inner)",
             "// put.expect(it)",
@@ -107,7 +107,7 @@ mod tests {
         }
         assert_eq!(count(LOGS_AFTER, "tracing::warn!(\"it\")"), 0);
         assert_eq!(
-            count("crates/host/src/exec/supervisor.rs", "tracing::error!(\"it\")"),
+            count("runtime/host/src/exec/supervisor.rs", "tracing::error!(\"it\")"),
             0
         );
     }

@@ -20,23 +20,23 @@ const CALLS: &[&str] = &[
 /// The places that may print, with the reason.
 const EXCEPTIONS: &[(&str, &str)] = &[
     (
-        "crates/jde/src/terminal/",
+        "programs/jde/src/terminal/",
         "everything that the executable prints, and every key it reads, goes through here",
     ),
     (
-        "crates/faults/",
+        "dev/faults/",
         "a program for developers, in which no robot runs",
     ),
     (
-        "crates/experiment/src/worker.rs",
+        "observe/experiment/src/worker.rs",
         "a process for drives in virtual time, which answers its parent",
     ),
     (
-        "crates/launcher/",
+        "programs/launcher/",
         "it builds jde and then becomes it, and runs no schema while it prints",
     ),
     (
-        "crates/watchdog/",
+        "base/watchdog/",
         "it ends a test that hangs, and reports the state of its threads",
     ),
 ];
@@ -85,9 +85,9 @@ mod tests {
             "event::read()?",
         ] {
             let code = format!("fn a() {{ {way}; }}\n");
-            assert_eq!(count("crates/host/src/a.rs", &code), 1, "{way}");
-            assert_eq!(count("crates/jde/src/terminal/mod.rs", &code), 0, "{way}");
-            assert_eq!(count("crates/host/tests/a.rs", &code), 0, "{way}");
+            assert_eq!(count("runtime/host/src/a.rs", &code), 1, "{way}");
+            assert_eq!(count("programs/jde/src/terminal/mod.rs", &code), 0, "{way}");
+            assert_eq!(count("runtime/host/tests/a.rs", &code), 0, "{way}");
         }
     }
 

@@ -175,10 +175,10 @@ mod tests {
     #[test]
     fn files_of_tests_are_tests_to_the_last_line() {
         let tests = |path: &str| File::new(path, "fn a() {}\n").lines[0].test;
-        assert!(tests("crates/host/tests/app/faults.rs"));
-        assert!(tests("crates/host/src/app/tests.rs"));
-        assert!(tests("crates/host/src/app/tests/mod.rs"));
-        assert!(!tests("crates/host/src/tests_of_life.rs"));
+        assert!(tests("runtime/host/tests/app/faults.rs"));
+        assert!(tests("runtime/host/src/app/tests.rs"));
+        assert!(tests("runtime/host/src/app/tests/mod.rs"));
+        assert!(!tests("runtime/host/src/tests_of_life.rs"));
     }
 
     #[test]

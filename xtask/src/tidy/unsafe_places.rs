@@ -6,63 +6,63 @@ use super::unfinished::has_word;
 /// The places where `unsafe` is allowed, with the reason.
 const ALLOWED_FILES: &[(&str, &str)] = &[
     (
-        "crates/abi/src/",
+        "plugin/abi/src/",
         "the tables of the ABI are read through pointers",
     ),
-    ("crates/abi/tests/", "its tests build invalid tables"),
+    ("plugin/abi/tests/", "its tests build invalid tables"),
     (
-        "crates/macros/src/",
+        "plugin/macros/src/",
         "the export macro writes the entry point of a plugin",
     ),
-    ("crates/types/src/", "a derived value vouches for its layout"),
+    ("plugin/types/src/", "a derived value vouches for its layout"),
     (
-        "crates/schema/src/",
+        "plugin/schema/src/",
         "the glue between the tables and an author's safe code",
     ),
     (
-        "crates/schema/tests/",
+        "plugin/schema/tests/",
         "the conformance of plugins is tried through the bare tables",
     ),
     (
-        "crates/panel/src/boundary/",
+        "plugin/panel/src/boundary/",
         "lists are built from the tables that plugins fill, and gestures lent as tables",
     ),
     (
-        "crates/panel/tests/",
+        "plugin/panel/tests/",
         "the mistakes that plugins can make with a pen are made with one",
     ),
-    ("crates/board/src/", "the cells of variables"),
+    ("runtime/board/src/", "the cells of variables"),
     (
-        "crates/board/tests/",
+        "runtime/board/tests/",
         "the cells are tried with types of the tests' own",
     ),
     (
-        "crates/gate/tests/",
+        "rules/gate/tests/",
         "loom checks the exclusion of the gate through its raw cells",
     ),
     (
-        "crates/isolation/src/",
+        "runtime/isolation/src/",
         "an instance in a process of its own gets that process's table",
     ),
     (
-        "crates/validate/src/",
+        "programs/validate/src/",
         "a plugin is driven through its table, and gets that of a host that watches it",
     ),
     (
-        "crates/host/src/instance/",
+        "runtime/host/src/instance/",
         "an instance is driven through the plugin's table, and gets the host's",
     ),
     (
-        "crates/loader/src/",
+        "runtime/loader/src/",
         "the loader opens libraries and calls their tables",
     ),
-    ("crates/c/src/", "functions for C take and fill in pointers"),
+    ("programs/c/src/", "functions for C take and fill in pointers"),
     (
-        "crates/python/src/",
+        "programs/python/src/",
         "the functions of schemas in Python are called through tables, with the memory of values",
     ),
     (
-        "crates/host/tests/",
+        "runtime/host/tests/",
         "its tests build plugins that break their contract",
     ),
     (
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn unsafe_in_its_places_passes() {
         assert_eq!(
-            check_file(&File::new("crates/board/src/cell.rs", "unsafe { a() }\n")),
+            check_file(&File::new("runtime/board/src/cell.rs", "unsafe { a() }\n")),
             None
         );
     }

@@ -324,7 +324,7 @@ fn an_unknown_kind_of_robot_is_an_error_that_a_model_file_solves() {
 
     let folder = tempfile::TempDir::new().unwrap();
     let path = folder.path().join("mine.toml");
-    std::fs::write(&path, include_str!("../../../../crates/p2os/models/p3at.toml")).unwrap();
+    std::fs::write(&path, include_str!("../../../../devices/p2os/models/p3at.toml")).unwrap();
     let mut driver = Driver::asleep(&address);
     driver
         .bench

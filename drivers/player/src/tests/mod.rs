@@ -1,7 +1,7 @@
 //! The driver on a test bench, with a server for tests behind a real TCP connection.
 
 mod convert;
-#[path = "../../../../crates/player/tests/it/server.rs"]
+#[path = "../../../../devices/player/tests/it/server.rs"]
 mod server;
 
 use core::f64::consts::FRAC_PI_2;
