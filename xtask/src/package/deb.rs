@@ -23,7 +23,10 @@ const DEVELOPMENT: &[&str] = &[
     "lib/cmake",
     "lib/libjde.so",
     "share/jde/Cargo.toml",
-    "share/jde/crates",
+    "share/jde/base",
+    "share/jde/rules",
+    "share/jde/plugin",
+    "share/jde/devices",
 ];
 
 /// The licence of the codes of tags.

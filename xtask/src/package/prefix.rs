@@ -116,17 +116,17 @@ fn write_sdk(release: &Release<'_>, data: &Path) -> Result<()> {
     let crates: Vec<&str> = crates.iter().map(String::as_str).collect();
     project_files::copy(release.root, &crates, data)?;
     let manifest = fs::read_to_string(release.root.join("Cargo.toml"))?;
-    fs::write(data.join("Cargo.toml"), sdk_manifest(&manifest))?;
+    fs::write(data.join("Cargo.toml"), sdk_manifest(&manifest, &crates))?;
     Ok(())
 }
 
-/// Returns the manifest of a workspace of the SDK alone: the tables below `workspace` that its crates inherit.
-fn sdk_manifest(manifest: &str) -> String {
+/// Returns the manifest of a workspace of the crates of the SDK alone: the tables below `workspace` that they inherit.
+fn sdk_manifest(manifest: &str, crates: &[&str]) -> String {
     let tables = manifest
         .split("\n[")
         .filter(|table| table.starts_with("workspace."));
     let inherited: String = tables.map(|table| format!("\n[{}\n", table.trim_end())).collect();
-    format!("[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n{inherited}")
+    format!("[workspace]\nresolver = \"3\"\nmembers = {crates:?}\n{inherited}")
 }
 
 /// Writes what the executable generates: manual pages and completions.
@@ -164,8 +164,8 @@ mod tests {
         let manifest = "[workspace]\nmembers = [\"a\"]\n\n[patch.crates-io]\nb = 1\n\n\
                         [workspace.package]\nversion = \"1.2.3\"\n# c\n\n[workspace.lints.rust]\nd = \"deny\"\n";
         assert_eq!(
-            sdk_manifest(manifest),
-            "[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n\n\
+            sdk_manifest(manifest, &["plugin/schema", "rules/core"]),
+            "[workspace]\nresolver = \"3\"\nmembers = [\"plugin/schema\", \"rules/core\"]\n\n\
              [workspace.package]\nversion = \"1.2.3\"\n# c\n\n[workspace.lints.rust]\nd = \"deny\"\n"
         );
     }

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     fn lines(text: &str) -> Vec<usize> {
-        let file = File::new("crates/a/src/b.rs", text);
+        let file = File::new("rules/a/src/b.rs", text);
         let found = check_file(&file);
         found.iter().map(|violation| violation.line).collect()
     }

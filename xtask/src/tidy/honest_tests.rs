@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     fn found(text: &str) -> Vec<String> {
-        let file = File::new("crates/a/tests/b.rs", text);
+        let file = File::new("rules/a/tests/b.rs", text);
         check_file(&file)
             .iter()
             .map(|violation| violation.message.clone())

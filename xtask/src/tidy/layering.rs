@@ -1,15 +1,16 @@
 //! The directions of dependencies: which crate may use which, as the table of `docs/architecture.md` says.
 //! Dependencies of tests are not restricted. Cycles of other dependencies are refused by cargo itself.
 
+use super::floors;
 use super::tree::{Tree, Violation};
 use crate::metadata::{Dependency, Kind, Metadata, Package};
 
 /// The page with the table: a row for each folder, `| `robotics/sim` | contents | nothing of jde |`.
-const PAGE: &str = "docs/architecture.md";
+pub(super) const PAGE: &str = "docs/architecture.md";
 
 /// What a folder may use, as its row of the page says.
 struct Row<'p> {
-    /// The names of crates; or `all above`, `nothing of jde`, or `nothing` where no library is allowed either.
+    /// The names of crates; or `all`, `nothing of jde`, or `nothing` where no library is allowed either.
     uses: &'p str,
 }
 
@@ -18,6 +19,7 @@ pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
     metadata
         .members()
         .flat_map(|package| check_package(tree, package))
+        .chain(floors::check(tree, metadata))
         .collect()
 }
 
@@ -70,13 +72,13 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
     found
 }
 
-/// Returns the package name for a folder. Crates under `crates/` have the prefix `jde-`, except two.
+/// Returns the package name for a folder. Crates of a floor have the prefix `jde-`, except two.
 fn expected_name(folder: &str) -> String {
     match folder.rsplit_once('/') {
         // The executable has no prefix; `webpki-roots` replaces an external crate of this name.
-        Some(("crates", name @ ("jde" | "webpki-roots"))) => name.to_owned(),
-        Some(("crates", name)) => format!("jde-{name}"),
-        Some((_, name)) => name.to_owned(),
+        Some((_, name @ ("jde" | "webpki-roots"))) => name.to_owned(),
+        Some(("schemas" | "drivers", name)) => name.to_owned(),
+        Some((_, name)) => format!("jde-{name}"),
         None => folder.to_owned(),
     }
 }
@@ -85,7 +87,8 @@ impl<'p> Row<'p> {
     /// Returns the row of a folder, or that of all folders beside it: `drivers/`.
     fn of(page: &'p str, folder: &str) -> Option<Self> {
         let all_beside = folder.rsplit_once('/').map(|(parent, _)| format!("`{parent}/`"));
-        page.lines().find_map(|line| {
+        let (_, table) = page.split_once("\n## What lives where\n")?;
+        table.lines().find_map(|line| {
             let cells = line.strip_prefix("| ")?.strip_suffix(" |")?;
             let (name, rest) = cells.split_once(" | ")?;
             let (_, uses) = rest.rsplit_once(" | ")?;
@@ -96,13 +99,13 @@ impl<'p> Row<'p> {
 
     fn allows(&self, folder: &str) -> bool {
         folder
-            .strip_prefix("crates/")
-            .is_some_and(|name| self.uses == "all above" || self.uses.split(", ").any(|used| used == name))
+            .split_once('/')
+            .is_some_and(|(_, name)| self.uses == "all" || self.uses.split(", ").any(|used| used == name))
     }
 }
 
 impl Dependency {
-    fn folder(&self, tree: &Tree) -> Option<String> {
+    pub(super) fn folder(&self, tree: &Tree) -> Option<String> {
         self.path
             .as_deref()
             .map(|path| crate::metadata::folder(&tree.root, path))
@@ -198,8 +201,8 @@ mod tests {
     #[test]
     fn a_folder_without_a_row_fails() {
         assert_eq!(
-            check_one("crates/new", "jde-new", ""),
-            ["1: nothing says what crates/new may use"]
+            check_one("rules/new", "jde-new", ""),
+            ["1: nothing says what rules/new may use"]
         );
     }
 

@@ -4,6 +4,7 @@
 mod events;
 pub(crate) mod fences;
 mod first_command;
+mod floors;
 mod header;
 mod honest_tests;
 mod layering;

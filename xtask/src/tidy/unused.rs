@@ -44,12 +44,12 @@ mod tests {
 
     fn found(code: &str) -> Vec<String> {
         let tree = Tree::of(&[
-            ("crates/a/Cargo.toml", "[dependencies]\ntiny-skia = \"1\"\n"),
-            ("crates/a/src/lib.rs", code),
-            ("crates/ab/src/lib.rs", "use tiny_skia;\n"),
+            ("rules/a/Cargo.toml", "[dependencies]\ntiny-skia = \"1\"\n"),
+            ("rules/a/src/lib.rs", code),
+            ("rules/ab/src/lib.rs", "use tiny_skia;\n"),
         ]);
         let package = r#"{"id": "a", "name": "a", "version": "0.1.0",
-            "manifest_path": "no-such-root/crates/a/Cargo.toml",
+            "manifest_path": "no-such-root/rules/a/Cargo.toml",
             "dependencies": [{"name": "tiny-skia", "req": "^1"}]}"#;
         let found = check_package(&tree, &serde_json::from_str(package).unwrap());
         found
@@ -68,7 +68,7 @@ mod tests {
     fn a_library_that_no_code_names_fails() {
         assert_eq!(
             found("use tiny_skia_too;\n"),
-            ["2: nothing in crates/a names tiny-skia"]
+            ["2: nothing in rules/a names tiny-skia"]
         );
     }
 }

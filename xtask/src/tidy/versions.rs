@@ -71,7 +71,7 @@ mod tests {
         let uses: Vec<Use> = requirements
             .iter()
             .enumerate()
-            .map(|(index, requirement)| (format!("crates/{index}/Cargo.toml"), (*requirement).to_owned()))
+            .map(|(index, requirement)| (format!("rules/{index}/Cargo.toml"), (*requirement).to_owned()))
             .collect();
         check_library(&Tree::of(&[]), "toml", &uses)
             .iter()
@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(
             found(&["^1.2", "^0.9"]),
             [
-                "crates/1/Cargo.toml:1: toml ^0.9 here, ^1.2 in crates/0/Cargo.toml\n    \
+                "rules/1/Cargo.toml:1: toml ^0.9 here, ^1.2 in rules/0/Cargo.toml\n    \
                 help: use the same major version everywhere"
             ]
         );

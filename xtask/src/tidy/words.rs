@@ -105,7 +105,7 @@ mod tests {
     const PAGE: &str = "# G\n\n## Words that name nothing here\n\n| word | write |\n|---|---|\n| seat, desk | slot |\n| tale | analysis |\n\n| a | b |\n";
 
     fn lines(text: &str) -> Vec<usize> {
-        let found = check_file(&File::new("crates/a/src/a.rs", text), &listed(PAGE));
+        let found = check_file(&File::new("rules/a/src/a.rs", text), &listed(PAGE));
         found.iter().map(|violation| violation.line).collect()
     }
 

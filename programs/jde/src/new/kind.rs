@@ -176,12 +176,12 @@ impl Kind {
         parts.iter().copied().flatten().copied()
     }
 
-    /// The crates of jde on which the package depends, without their prefix.
+    /// The folders of the crates of jde on which the package depends.
     pub(super) fn crates(self) -> &'static [&'static str] {
         match self {
-            Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["schema"],
-            Self::Device => &["device", "schema"],
-            Self::Types => &["types"],
+            Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["plugin/schema"],
+            Self::Device => &["devices/device", "plugin/schema"],
+            Self::Types => &["plugin/types"],
             Self::MotorCpp
             | Self::PerceptiveCpp
             | Self::FatherCpp

@@ -104,8 +104,9 @@ fn not_created(path: &Path, error: io::Error) -> Failure {
 /// Returns the dependencies of a package on crates of jde: those of the installation or of the checkout of this
 /// build if they exist, else published versions.
 fn dependencies(kind: Kind) -> String {
-    let line = |name: &&str| {
-        let path = paths::data().join("crates").join(name);
+    let line = |folder: &&str| {
+        let path = paths::data().join(folder);
+        let (_, name) = folder.rsplit_once('/').unwrap_or_default();
         if path.join("Cargo.toml").is_file() {
             // Escape the path as a TOML string. Rust's debug form differs only for characters that no such path
             // has.

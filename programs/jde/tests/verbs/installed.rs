@@ -21,7 +21,7 @@ fn an_installation_finds_its_plugins_applications_worlds_and_crates() {
     }
     fs::copy(env!("CARGO_BIN_EXE_jde"), prefix.join("bin/jde")).unwrap();
     symlink(plugins(), prefix.join("lib/jde")).unwrap();
-    for folder in ["worlds", "crates"] {
+    for folder in ["worlds", "plugin"] {
         symlink(root().join(folder), share.join(folder)).unwrap();
     }
     fs::copy(pair(), share.join("apps/twins.toml")).unwrap();
