@@ -94,7 +94,7 @@ impl RecordingReader {
         let topics: Vec<_> = self.channels().map(|channel| &*channel.topic).collect();
         match topics.len() {
             0 => "none at all".to_owned(),
-            ..=MAX_LISTED => topics.join(", "),
+            1..=MAX_LISTED => topics.join(", "),
             count => format!(
                 "{} and {} others",
                 topics[..MAX_LISTED].join(", "),

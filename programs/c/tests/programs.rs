@@ -135,7 +135,8 @@ fn every_mistake_is_an_error_in_words() {
         "name = \"broken\"\nroots = [\"a\"]\n\n[schemas.a]\ntype = \"goon\"\nfast = \"1 kg\"\n",
     )
     .unwrap();
-    let output = Program::compile("programs/c/tests/c/misuse.c").output(&[NAVIGATION, file.to_str().unwrap()]);
+    let output =
+        Program::compile("programs/c/tests/c/misuse.c").output(&[NAVIGATION, file.to_str().unwrap()]);
     assert!(output.status.success(), "{output:?}");
     assert!(output.stderr.is_empty(), "the library prints nothing: {output:?}");
     let output = String::from_utf8(output.stdout).unwrap();

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, TryReserveError};
 use std::ffi::CString;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use jde_abi::describe::Type;
 use jde_board::value::get_path;
 use jde_embed::split_name;
-use jde_log::{LeftOut, RecordedVariable, RecordedVariables, Recording};
+use jde_log::{LeftOut, ReadError, RecordedVariable, RecordedVariables, Recording};
 use jde_report::{Analysis, Picture, Series, Wanted};
 use jde_ros::cdr;
 use pyo3::exceptions::{PyKeyError, PyMemoryError, PyUserWarning};
@@ -39,7 +40,7 @@ impl OpenRecording {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| {
-            let recording = Recording::open(&path).map_err(error)?;
+            let recording = Recording::open(&path).map_err(read_error)?;
             let all = RecordedVariables::of(&recording);
             let variables = all
                 .iter()
@@ -124,13 +125,13 @@ impl OpenRecording {
         let topic = format!("/jde/{kind}");
         let loads = py.import("json")?.getattr("loads")?;
         let messages = py.detach(|| {
-            let messages = self.recording.messages().map_err(error)?;
+            let messages = self.recording.messages().map_err(read_error)?;
             let of_kind = messages.filter(|message| {
                 message
                     .as_ref()
                     .map_or(true, |message| message.channel.topic == topic)
             });
-            of_kind.collect::<Result<Vec<_>, _>>().map_err(error)
+            of_kind.collect::<Result<Vec<_>, _>>().map_err(read_error)
         })?;
         let records = messages.iter().filter_map(jde_log::record::read);
         records
@@ -153,9 +154,19 @@ impl OpenRecording {
             ..Wanted::default()
         };
         png(py, || {
-            let analysis = Analysis::read(&self.recording, wanted, &mut |_| {}).map_err(error)?;
+            let analysis = Analysis::read(&self.recording, wanted, &mut |_| {}).map_err(read_error)?;
             Ok(Picture::of_recording(&analysis, size))
         })
+    }
+}
+
+/// Returns the exception for what cannot be read.
+fn read_error(error: ReadError) -> PyErr {
+    match &error {
+        ReadError::File { error: cause, .. } if cause.kind() == ErrorKind::OutOfMemory => {
+            PyMemoryError::new_err(error.to_string())
+        }
+        _ => crate::error(error),
     }
 }
 
@@ -185,8 +196,8 @@ impl OpenRecording {
                 .map_err(no_memory)?;
             value.resize(variable.value_type.bytes, 0);
         }
-        for message in self.recording.messages().map_err(error)? {
-            let message = message.map_err(error)?;
+        for message in self.recording.messages().map_err(read_error)? {
+            let message = message.map_err(read_error)?;
             let of = self.all.get(&message.channel);
             if of.is_none_or(|of| of.name != variable.name) {
                 continue;

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use mcap::McapError;
@@ -58,7 +58,21 @@ struct Collected<'a> {
     bytes: u64,
     count: u64,
     /// What is wrong.
-    wrong: Option<String>,
+    wrong: Option<Fault>,
+}
+
+/// Why a message is not read.
+enum Fault {
+    /// The file says something wrong here.
+    Wrong(String),
+    /// There is no memory for so many bytes.
+    Memory(usize),
+}
+
+impl From<String> for Fault {
+    fn from(reason: String) -> Self {
+        Self::Wrong(reason)
+    }
 }
 
 impl Messages {
@@ -133,11 +147,11 @@ impl Messages {
                     }
                     None => return Err(damaged("it was cut off".to_owned())),
                 }
-                .map_err(|error| scan::error_text(&error))
+                .map_err(|error| scan::error_text(&error).into())
             }
             (OpenFile::Mcap(file), Place::Run(run)) => {
                 let read = scan::for_each_message(file, run, |record| collected.add_record(record));
-                read.map_err(|error| scan::error_text(&error))
+                read.map_err(|error| scan::error_text(&error).into())
             }
             (OpenFile::Sqlite(connection), Place::Rows(rows)) => {
                 sqlite::for_each_message(connection, rows, |topic, row, time, data| {
@@ -149,8 +163,14 @@ impl Messages {
                 Ok(())
             }
         };
-        if let Some(reason) = collected.wrong.take().or(result.err()) {
-            return Err(damaged(reason));
+        match collected.wrong.take().or(result.err()) {
+            Some(Fault::Wrong(reason)) => return Err(damaged(reason)),
+            Some(Fault::Memory(bytes)) => {
+                let text = format!("there is no memory for a message of {bytes} bytes");
+                let error = io::Error::new(io::ErrorKind::OutOfMemory, text);
+                return Err(failed(&part.path)(error));
+            }
+            None => {}
         }
         let Collected {
             messages,
@@ -189,14 +209,15 @@ impl Collected<'_> {
         sequence: u32,
         [log_time, publish_time]: [u64; 2],
         data: &[u8],
-    ) -> Result<(), String> {
+    ) -> Result<(), Fault> {
         self.bytes += data.len() as u64;
         self.count += 1;
         if log_time < self.from {
             return Ok(());
         }
         let Some(channel) = self.channels.get(&channel) else {
-            return Err(format!("a message is on channel {channel}, which is not defined"));
+            let reason = format!("a message is on channel {channel}, which is not defined");
+            return Err(reason.into());
         };
         // No message in CDR begins like that.
         let data = match channel.encoding == "cdr" && data.starts_with(&ZSTD) {
@@ -216,14 +237,14 @@ impl Collected<'_> {
     }
 }
 
-fn copy(data: &[u8], room: usize) -> Result<Vec<u8>, String> {
+fn copy(data: &[u8], room: usize) -> Result<Vec<u8>, Fault> {
     let mut copied = Vec::new();
     if data.len() > room {
-        return Err(too_many());
+        return Err(too_many().into());
     }
     copied
         .try_reserve_exact(data.len())
-        .map_err(|_| format!("there is no memory for a message of {} bytes", data.len()))?;
+        .map_err(|_| Fault::Memory(data.len()))?;
     copied.extend_from_slice(data);
     Ok(copied)
 }

@@ -313,9 +313,10 @@ fn room(length: u64) -> Result<Vec<u8>, Stop> {
             body.resize(bytes, 0);
             Ok(body)
         }
-        Err(_) => Err(Stop::Wrong(format!(
-            "there is no memory for a record of {bytes} bytes"
-        ))),
+        Err(_) => {
+            let text = format!("there is no memory for a record of {bytes} bytes");
+            Err(io::Error::new(ErrorKind::OutOfMemory, text).into())
+        }
     }
 }
 

@@ -104,11 +104,11 @@ pub(super) fn contents(connection: &Connection, part: usize, file_bytes: u64) ->
 ///
 /// # Errors
 /// What is wrong with the database, or what `action` returns.
-pub(super) fn for_each_message(
+pub(super) fn for_each_message<E: From<String>>(
     connection: &Connection,
     [first, last]: [i64; 2],
-    mut action: impl FnMut(i64, i64, u64, &[u8]) -> Result<(), String>,
-) -> Result<(), String> {
+    mut action: impl FnMut(i64, i64, u64, &[u8]) -> Result<(), E>,
+) -> Result<(), E> {
     let mut statement = connection
         .prepare("SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid BETWEEN ?1 AND ?2 ORDER BY rowid")
         .map_err(text)?;

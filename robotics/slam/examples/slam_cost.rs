@@ -1,6 +1,6 @@
 //! What an iteration of a graph costs, and what it takes to continue a map: processor time by the size of a building.
 //!
-//! `cargo run --release -p jde-slam --example cost`
+//! `cargo run --release -p jde-slam --example slam_cost`
 
 use std::error::Error;
 use std::time::Duration;

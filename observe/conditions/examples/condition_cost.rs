@@ -1,5 +1,5 @@
 //! Measures what expressions cost: a new value of each input, and the evaluation. It runs in the release
-//! profile: `cargo run --release -p jde-conditions --example cost`.
+//! profile: `cargo run --release -p jde-conditions --example condition_cost`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
