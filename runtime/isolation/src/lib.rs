@@ -27,6 +27,7 @@ pub mod launch;
 mod limits;
 pub mod lines;
 mod memory;
+pub mod messages;
 pub mod process;
 pub mod python;
 mod serve;

@@ -8,7 +8,7 @@ use jde_board::Mapping;
 use jde_board::finite::Finite;
 
 use super::launch::{Acceptance, PortInfo};
-use super::wire::{Frame, IN_PLACE, UNCHANGED};
+use super::messages::{Bytes, Input, Value};
 
 /// A port of the child.
 pub(crate) struct IsolatedPort {
@@ -89,49 +89,59 @@ impl IsolatedPort {
         Some((copy_result(self.held.as_ref()?), is_first))
     }
 
-    /// Stores what came with the call: a value, or memory for one. `None` if it is invalid.
-    pub(crate) fn store_early(&mut self, frame: &Frame) -> Option<()> {
-        if self.info.writes {
-            self.early_loan = Some(self.address_of(frame)?);
-            return Some(());
-        }
-        self.hold(frame)?;
+    /// Stores an input that came with the call. `None` if it is invalid.
+    pub(crate) fn store_early(&mut self, input: Result<Input<'_>, i32>) -> Option<()> {
+        self.hold(input)?;
         self.shown = Shown::Early;
         Some(())
     }
 
+    /// Stores memory for a value that came with the call. `None` if it is invalid.
+    pub(crate) fn store_early_loan(&mut self, place: usize) -> Option<()> {
+        self.early_loan = Some(self.address_of(place)?);
+        Some(())
+    }
+
     /// Stores the host's reply as a sample, and returns it; `None` if the reply is invalid.
-    pub(crate) fn store(&mut self, release: u64, reply: &Frame) -> Option<Result<raw::Sample, i32>> {
-        self.hold(reply)?;
+    pub(crate) fn store(
+        &mut self,
+        release: u64,
+        input: Result<Input<'_>, i32>,
+    ) -> Option<Result<raw::Sample, i32>> {
+        self.hold(input)?;
         self.shown = Shown::Since(release);
         Some(copy_result(self.held.as_ref()?))
     }
 
-    fn hold(&mut self, frame: &Frame) -> Option<()> {
-        if frame.status != raw::OK {
-            self.held = Some(Err(frame.status));
-            return Some(());
-        }
-        let (data, bytes) = if frame.flags & IN_PLACE != 0 {
-            (self.address_of(frame)?, self.info.bytes)
-        } else if frame.flags & UNCHANGED != 0 {
-            let Some(Ok(sample)) = &self.held else {
-                return None;
-            };
-            (sample.data.cast::<u8>().cast_mut(), sample.bytes as usize)
-        } else {
-            let buffer = self.buffer(frame.bytes.len());
-            buffer.copy_from_slice(&frame.bytes);
-            (buffer.as_mut_ptr(), frame.bytes.len())
+    fn hold(&mut self, input: Result<Input<'_>, i32>) -> Option<()> {
+        let Input { stamp, value } = match input {
+            Ok(input) => input,
+            Err(status) => {
+                self.held = Some(Err(status));
+                return Some(());
+            }
         };
-        let [time_ns, sequence, _, writer] = frame.words;
+        let (data, bytes) = match value {
+            Value::InPlace(place) => (self.address_of(place)?, self.info.bytes),
+            Value::Unchanged => {
+                let Some(Ok(sample)) = &self.held else {
+                    return None;
+                };
+                (sample.data.cast::<u8>().cast_mut(), sample.bytes as usize)
+            }
+            Value::Sent(Bytes(sent)) => {
+                let buffer = self.buffer(sent.len());
+                buffer.copy_from_slice(sent);
+                (buffer.as_mut_ptr(), sent.len())
+            }
+        };
         self.held = Some(Ok(raw::Sample {
             data: data.cast::<c_void>(),
             bytes: bytes as u64,
-            time_ns,
-            sequence,
-            writer: writer as u32,
-            flags: frame.flags & !(IN_PLACE | UNCHANGED),
+            time_ns: stamp.time_ns,
+            sequence: stamp.sequence,
+            writer: stamp.writer,
+            flags: stamp.flags,
         }));
         Some(())
     }
@@ -149,15 +159,16 @@ impl IsolatedPort {
         Some(self.loan_buffer())
     }
 
-    /// Returns the memory that the host loaned, shared or in the child.
-    pub(crate) fn loan_from(&mut self, reply: &Frame) -> Option<*mut u8> {
-        if reply.flags & IN_PLACE != 0 {
-            let loan = self.address_of(reply)?;
-            self.early_loan = Some(loan);
-            self.loaned = true;
-            return Some(loan);
-        }
-        Some(self.loan_buffer())
+    /// Returns the memory that the host loaned, at that place in shared memory or in the child; `None` if the place is
+    /// invalid.
+    pub(crate) fn loan_from(&mut self, place: Option<usize>) -> Option<*mut u8> {
+        let Some(place) = place else {
+            return Some(self.loan_buffer());
+        };
+        let loan = self.address_of(place)?;
+        self.early_loan = Some(loan);
+        self.loaned = true;
+        Some(loan)
     }
 
     fn loan_buffer(&mut self) -> *mut u8 {
@@ -190,15 +201,14 @@ impl IsolatedPort {
         self.info.acceptance == Acceptance::Always
     }
 
-    /// Returns the value to send with its publication; empty if it is in shared memory, or no value was
-    /// loaned.
-    pub(crate) fn take_loan(&mut self) -> Vec<u8> {
+    /// Returns the value to send with its publication; `None` if it is in shared memory, or no value was loaned.
+    pub(crate) fn take_loan(&mut self) -> Option<Bytes<&[u8]>> {
         let is_shared = self.early_loan.take().is_some();
         if !std::mem::take(&mut self.loaned) || is_shared {
-            return Vec::new();
+            return None;
         }
         let bytes = self.info.bytes;
-        self.buffer(bytes).to_vec()
+        Some(Bytes(self.buffer(bytes)))
     }
 
     /// Discards an unpublished loan, and a value that came with the call and was not read.
@@ -211,9 +221,8 @@ impl IsolatedPort {
     }
 
     /// Returns the address of a value at the offset that the host gives.
-    fn address_of(&self, reply: &Frame) -> Option<*mut u8> {
-        let offset = usize::try_from(reply.words[2]).ok()?;
-        self.mapped.as_ref()?.at(offset, self.info.bytes)
+    fn address_of(&self, place: usize) -> Option<*mut u8> {
+        self.mapped.as_ref()?.at(place, self.info.bytes)
     }
 
     fn buffer(&mut self, bytes: usize) -> &mut [u8] {

@@ -9,9 +9,8 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 
 use jde_abi::raw;
-use jde_loader::instance::{ArbitrationQuery, InProcessInstance, SavedMemory};
+use jde_loader::instance::{InProcessInstance, SavedMemory};
 use jde_loader::{LoadedPlugin, PluginLocation, Plugins, SchemaFunctions};
-use jde_panel::Gesture;
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{Signal, set_parent_process_death_signal};
 
@@ -19,8 +18,9 @@ use super::authority::AuthorityFlag;
 use super::launch::{Launch, receive_files};
 use super::limits;
 use super::memory::IsolatedPort;
-use super::table::{CallState, HOST, Session};
-use super::wire::{Frame, FrameKind, READY, Wire};
+use super::messages::{Bytes, Call, FromChild, Function, Outcome, ToChild};
+use super::table::{CallState, HOST, Session, store_early};
+use super::wire::Wire;
 
 /// Why a schema is not run.
 #[derive(Debug, thiserror::Error)]
@@ -42,8 +42,12 @@ pub enum ServeError {
 pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>) -> Result<(), ServeError> {
     let (stream, files) = connect_to_host().map_err(ServeError::NoHost)?;
     let mut wire = Wire::new(stream);
-    let launch = wire.receive().map_err(ServeError::NoHost)?;
-    let Ok(launch) = jde_panel::decode::<Launch>(&launch.bytes) else {
+    let first = wire.receive().map_err(ServeError::NoHost)?;
+    let ToChild::Call(Call {
+        function: Function::Start(launch),
+        ..
+    }) = first
+    else {
         return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
     };
     let name = CString::new(launch.name.replace('\0', "")).unwrap_or_default();
@@ -71,16 +75,16 @@ pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>)
     let table = match loaded {
         Ok(table) => table,
         Err(reason) => {
-            session.notify(FrameKind::Fail, 0, &reason);
-            return session.finish_call(failed()).map_err(ServeError::NoHost);
+            session.notify(&FromChild::Fail(&reason));
+            return session
+                .finish_call(raw::FAILED, Outcome::Nothing)
+                .map_err(ServeError::NoHost);
         }
     };
-    let unset_limits = limits::apply(launch.limits);
-    let done = Frame {
-        bytes: jde_panel::encode(&unset_limits),
-        ..Frame::new(FrameKind::Done)
-    };
-    session.finish_call(done).map_err(ServeError::NoHost)?;
+    let started = Outcome::Started(limits::apply(launch.limits));
+    session
+        .finish_call(raw::OK, started)
+        .map_err(ServeError::NoHost)?;
     run(&mut session, table, &launch);
     // Threads of the plugin may still read the memory of its ports. The process is about to end.
     std::mem::forget(session);
@@ -141,140 +145,98 @@ fn find(
     Ok(plugin.schema(number))
 }
 
-/// Runs the functions that the host calls, until the stream ends.
+/// Runs the functions that the host calls, until it ends the instance or the stream ends.
 fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
-    let mut instance: Option<InProcessInstance> = None;
-    while let Ok(frame) = session.wire.receive() {
-        if frame.kind == FrameKind::Value {
-            session.store_early(&frame);
-            continue;
-        }
-        session.call = CallState::of(&frame);
-        limits::renew(launch.limits);
-        let done = match (frame.kind, &mut instance) {
-            (FrameKind::Create, _) => {
-                let own = launch.ports.len() - launch.listed.len();
-                // SAFETY: the table was checked when it was loaded.
-                let created = unsafe {
-                    InProcessInstance::create(table, &HOST, session.context(), &launch.listed, own)
-                };
-                let done = match &created {
-                    Ok(_) => status(raw::OK),
-                    Err(reason) => Frame {
-                        bytes: reason.as_bytes().to_vec(),
-                        ..failed()
-                    },
-                };
-                instance = created.ok();
-                done
+    let mut instance = None;
+    while let Ok(message) = session.wire.receive() {
+        match message {
+            ToChild::Early { port, input } => {
+                store_early(&mut session.ports, port, |port| port.store_early(input));
             }
-            (FrameKind::Destroy, _) => {
-                drop(instance.take());
+            ToChild::EarlyLoan { port, place } => {
+                store_early(&mut session.ports, port, |port| port.store_early_loan(place));
+            }
+            ToChild::Call(call) => {
+                session.call = CallState::of(&call);
+                limits::renew(launch.limits);
+                let (status, outcome) = dispatch(session, table, launch, &mut instance, call.function);
+                if session.finish_call(status, outcome).is_err() {
+                    return;
+                }
+            }
+            ToChild::Destroy => {
+                session.call = CallState::default();
+                limits::renew(launch.limits);
+                drop(instance);
                 // The host expects nothing after this reply.
-                drop(session.finish_call(status(raw::OK)));
+                drop(session.finish_call(raw::OK, Outcome::Nothing));
                 return;
             }
-            (kind, Some(instance)) => dispatch(session, instance, kind, &frame),
-            (_, None) => failed(),
-        };
-        if session.finish_call(done).is_err() {
-            return;
+            ToChild::Reply(_) => return,
         }
     }
 }
 
 fn dispatch(
     session: &mut Session,
-    instance: &mut InProcessInstance,
-    kind: FrameKind,
-    frame: &Frame,
-) -> Frame {
+    table: SchemaFunctions,
+    launch: &Launch,
+    instance: &mut Option<InProcessInstance>,
+    function: Function,
+) -> (i32, Outcome) {
     let now = session.call.now();
     let context = session.context();
-    match kind {
-        FrameKind::Awake => status(instance.awake(context)),
-        FrameKind::Check | FrameKind::CheckAndIterate => {
-            let (done, ready, urgency) = instance.check(context);
-            let is_ready = done == raw::OK && ready;
-            let done = match kind {
-                FrameKind::CheckAndIterate if is_ready => instance.iterate(session.context()),
-                _ => done,
-            };
-            Frame {
-                flags: if is_ready { READY } else { 0 },
-                words: [urgency.to_bits(), 0, 0, 0],
-                ..status(done)
+    let status = |status| (status, Outcome::Nothing);
+    if let Function::Create = function {
+        let own = launch.ports.len() - launch.listed.len();
+        // SAFETY: the table was checked when it was loaded.
+        let created = unsafe { InProcessInstance::create(table, &HOST, context, &launch.listed, own) };
+        return match created {
+            Ok(created) => {
+                *instance = Some(created);
+                status(raw::OK)
             }
-        }
-        FrameKind::Iterate => status(instance.iterate(context)),
-        FrameKind::Arbitrate => {
-            let Ok(query) = jde_panel::decode::<ArbitrationQuery>(&frame.bytes) else {
-                return failed();
-            };
-            let (done, verdict) = instance.arbitrate(context, &query);
-            Frame {
-                bytes: jde_panel::encode(&verdict),
-                ..status(done)
+            Err(reason) => (raw::FAILED, Outcome::Refused(reason.to_owned())),
+        };
+    }
+    let Some(running) = instance else {
+        return status(raw::FAILED);
+    };
+    match function {
+        Function::Start(_) | Function::Create => status(raw::FAILED),
+        Function::Awake => status(running.awake(context)),
+        Function::Check | Function::CheckAndIterate => {
+            let (mut done, ready, urgency) = running.check(context);
+            let ready = done == raw::OK && ready;
+            if ready && matches!(function, Function::CheckAndIterate) {
+                done = running.iterate(session.context());
             }
+            (done, Outcome::Checked { ready, urgency })
         }
-        FrameKind::Sleep => {
-            instance.sleep(context);
+        Function::Iterate => status(running.iterate(context)),
+        Function::Arbitrate(query) => {
+            let (done, verdict) = running.arbitrate(context, &query);
+            (done, Outcome::Arbitrated(verdict))
+        }
+        Function::Sleep => {
+            running.sleep(context);
             status(raw::OK)
         }
-        FrameKind::Draw => {
-            let (done, list) = instance.draw(context, now);
-            Frame {
-                bytes: jde_panel::encode(&list),
-                ..status(done)
-            }
+        Function::Draw => {
+            let (done, list) = running.draw(context, now);
+            (done, Outcome::Drawn(Bytes(jde_panel::encode(&list))))
         }
-        FrameKind::Touch => {
-            let Ok((by, gesture)) = jde_panel::decode::<(String, Gesture)>(&frame.bytes) else {
-                return failed();
-            };
-            status(instance.touch(context, &by, &gesture))
+        Function::Touch { by, gesture } => status(running.touch(context, &by, &gesture)),
+        Function::Save => {
+            let (done, saved) = running.save(context);
+            (done, Outcome::Saved(saved.map(Bytes)))
         }
-        FrameKind::Save => {
-            let (done, saved) = instance.save(context);
-            Frame {
-                bytes: jde_panel::encode(&saved),
-                ..status(done)
-            }
-        }
-        FrameKind::Restore => {
+        Function::Restore { version, memory } => {
             let saved = SavedMemory {
-                version: frame.number,
-                bytes: frame.bytes.clone(),
+                version,
+                bytes: memory.0,
             };
-            status(instance.restore(context, &saved))
+            status(running.restore(context, &saved))
         }
-        FrameKind::Start
-        | FrameKind::Value
-        | FrameKind::Create
-        | FrameKind::Destroy
-        | FrameKind::Reply
-        | FrameKind::Read
-        | FrameKind::Loan
-        | FrameKind::Publish
-        | FrameKind::Retract
-        | FrameKind::Wake
-        | FrameKind::PutToSleep
-        | FrameKind::Child
-        | FrameKind::SetPolicy
-        | FrameKind::Hold
-        | FrameKind::Log
-        | FrameKind::Fail
-        | FrameKind::Done => failed(),
     }
-}
-
-fn status(status: i32) -> Frame {
-    Frame {
-        status,
-        ..Frame::new(FrameKind::Done)
-    }
-}
-
-fn failed() -> Frame {
-    status(raw::FAILED)
 }

@@ -14,8 +14,9 @@ use jde_loader::instance::PluginContext;
 
 use super::authority::AuthorityFlag;
 use super::memory::IsolatedPort;
+use super::messages::{Call, Changes, ChildState, Done, FromChild, Outcome, Reply, ToChild};
 use super::timers::machine_time;
-use super::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, UNANSWERED, Wire};
+use super::wire::Wire;
 
 /// The name of the extension of [`raw::Host`] by which a debugger in a child holds a call: a [`Hold`].
 pub const HOLD: &CStr = c"jde.hold";
@@ -52,7 +53,7 @@ pub(crate) struct CallState {
     speed: f64,
     /// The release of the ports in which the call runs.
     release: u64,
-    flags: u32,
+    changes: Changes,
     /// The ports whose early values were read, a bit each.
     read_early: u128,
     /// The result of the plugin's first query of the time.
@@ -85,22 +86,24 @@ pub(crate) static HOST: Host = Host {
 
 impl CallState {
     /// Returns the state at the start of a call.
-    pub(crate) fn of(frame: &Frame) -> Self {
-        let [now, machine, speed, release] = frame.words;
+    pub(crate) fn of(call: &Call) -> Self {
         Self {
-            now,
-            machine,
-            speed: f64::from_bits(speed),
-            release,
-            flags: frame.flags,
+            now: call.now,
+            machine: call.machine,
+            speed: call.speed,
+            release: call.release,
+            changes: call.changes,
             read_early: 0,
             reported_time: None,
         }
     }
 
-    /// Whether changes that the host accepts for certain need no reply.
-    fn may_go_unanswered(&self) -> bool {
-        self.flags & (CHANGES_NOTHING | ANSWERED) == 0
+    /// Returns the state during an inspection, which may change nothing.
+    pub(crate) fn inspection() -> Self {
+        Self {
+            changes: Changes::Nothing,
+            ..Self::default()
+        }
     }
 
     /// Returns the application's time.
@@ -111,21 +114,15 @@ impl CallState {
 }
 
 impl Session {
-    /// Stores what comes with the next call.
-    pub(crate) fn store_early(&mut self, frame: &Frame) {
-        let port = self.ports.get_mut(frame.number as usize);
-        port.and_then(|port| port.store_early(frame))
-            .unwrap_or_else(|| kill_self())
-    }
-
     /// Ends the call.
-    pub(crate) fn finish_call(&mut self, done: Frame) -> std::io::Result<()> {
+    pub(crate) fn finish_call(&mut self, status: i32, outcome: Outcome) -> std::io::Result<()> {
         self.ports.iter_mut().for_each(IsolatedPort::end_call);
-        let mut words = done.words;
-        words[1] = self.call.read_early as u64;
-        words[2] = (self.call.read_early >> 64) as u64;
-        words[3] = self.call.reported_time.map_or(0, |time| time + 1);
-        self.wire.send(&Frame { words, ..done })
+        self.wire.send(&FromChild::Done(Done {
+            status,
+            read_early: self.call.read_early,
+            first_time: self.call.reported_time,
+            outcome,
+        }))
     }
 
     /// Returns the context for the functions of an instance that was created with [`HOST`].
@@ -135,31 +132,10 @@ impl Session {
     }
 
     /// Sends a message that needs no reply.
-    pub(crate) fn notify(&mut self, kind: FrameKind, number: u32, text: &str) {
-        let frame = Frame {
-            number,
-            bytes: text.as_bytes().to_vec(),
-            ..Frame::new(kind)
-        };
-        if self.wire.send(&frame).is_err() {
+    pub(crate) fn notify(&mut self, message: &FromChild<'_>) {
+        if self.wire.send(message).is_err() {
             kill_self();
         }
-    }
-
-    /// Sends a request, and returns the host's reply.
-    fn request(&mut self, frame: Frame) -> Frame {
-        let reply = self.wire.send(&frame).and_then(|()| self.wire.receive());
-        match reply {
-            Ok(reply) if reply.kind == FrameKind::Reply => reply,
-            Ok(_) | Err(_) => kill_self(),
-        }
-    }
-
-    fn request_for(&mut self, kind: FrameKind, number: u32) -> Frame {
-        self.request(Frame {
-            number,
-            ..Frame::new(kind)
-        })
     }
 
     fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
@@ -171,25 +147,24 @@ impl Session {
             }
             return shown;
         }
-        let reply = self.request_for(FrameKind::Read, number);
-        let stored = self.ports[number as usize].store(release, &reply);
-        stored.unwrap_or_else(|| kill_self())
+        let Reply::Input(input) = request(&mut self.wire, &FromChild::Read { port: number }) else {
+            kill_self();
+        };
+        port.store(release, input).unwrap_or_else(|| kill_self())
     }
 
     fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
         let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
         // In a call that may change nothing, the host refuses the loan and records the attempt.
-        if self.call.flags & CHANGES_NOTHING == 0
+        if self.call.changes != Changes::Nothing
             && let Some(buffer) = port.loan()
         {
             return Ok(buffer);
         }
-        let reply = self.request_for(FrameKind::Loan, number);
-        if reply.status != raw::OK {
-            return Err(reply.status);
-        }
-        let buffer = self.ports[number as usize].loan_from(&reply);
-        Ok(buffer.unwrap_or_else(|| kill_self()))
+        let Reply::Loan(place) = request(&mut self.wire, &FromChild::Loan { port: number }) else {
+            kill_self();
+        };
+        Ok(port.loan_from(place?).unwrap_or_else(|| kill_self()))
     }
 
     fn publish(&mut self, number: u32, time: u64) -> i32 {
@@ -197,41 +172,63 @@ impl Session {
             return raw::BAD_ARGUMENT;
         };
         let has_authority = || self.authority.as_ref().is_some_and(AuthorityFlag::is_set);
-        let is_accepted = self.call.may_go_unanswered() && port.is_accepted(has_authority);
-        let time = if time == 0 { self.call.now() } else { time };
-        let frame = Frame {
-            number,
-            words: [time, 0, 0, 0],
-            bytes: port.take_loan(),
-            ..Frame::new(FrameKind::Publish)
+        let unanswered = self.call.changes == Changes::All && port.is_accepted(has_authority);
+        let publish = FromChild::Publish {
+            port: number,
+            time: if time == 0 { self.call.now() } else { time },
+            value: port.take_loan(),
+            unanswered,
         };
-        self.change(frame, is_accepted)
+        change(&mut self.wire, &publish, unanswered)
     }
 
     fn retract(&mut self, number: u32) -> i32 {
         let port = self.ports.get(number as usize);
-        let is_accepted = self.call.may_go_unanswered() && port.is_some_and(IsolatedPort::is_export);
-        let frame = Frame {
-            number,
-            ..Frame::new(FrameKind::Retract)
+        let unanswered = self.call.changes == Changes::All && port.is_some_and(IsolatedPort::is_export);
+        let retract = FromChild::Retract {
+            port: number,
+            unanswered,
         };
-        self.change(frame, is_accepted)
+        change(&mut self.wire, &retract, unanswered)
     }
+}
 
-    /// Sends a change to the host. Waits for its reply unless the host accepts the change for certain.
-    fn change(&mut self, frame: Frame, is_accepted: bool) -> i32 {
-        if !is_accepted {
-            return self.request(frame).status;
-        }
-        let sent = self.wire.send(&Frame {
-            flags: UNANSWERED,
-            ..frame
-        });
-        if sent.is_err() {
-            kill_self();
-        }
-        raw::OK
+/// Stores what comes with the next call for a port.
+pub(crate) fn store_early(
+    ports: &mut [IsolatedPort],
+    port: u32,
+    store: impl FnOnce(&mut IsolatedPort) -> Option<()>,
+) {
+    let port = ports.get_mut(port as usize);
+    port.and_then(store).unwrap_or_else(|| kill_self());
+}
+
+/// Sends a request, and returns the host's reply.
+fn request<'a>(wire: &'a mut Wire, message: &FromChild<'_>) -> Reply<'a> {
+    match wire.send(message).and_then(|()| wire.receive()) {
+        Ok(ToChild::Reply(reply)) => reply,
+        Ok(ToChild::Early { .. } | ToChild::EarlyLoan { .. } | ToChild::Call(_) | ToChild::Destroy)
+        | Err(_) => kill_self(),
     }
+}
+
+/// Sends a request, and returns the status that the host replies.
+fn status(wire: &mut Wire, message: &FromChild<'_>) -> i32 {
+    match request(wire, message) {
+        Reply::Status(status) => status,
+        Reply::Input(_) | Reply::Loan(_) | Reply::Child(_) => kill_self(),
+    }
+}
+
+/// Sends a change to the host, and waits for its reply unless the host accepts the change for certain.
+fn change(wire: &mut Wire, message: &FromChild<'_>, unanswered: bool) -> i32 {
+    if !unanswered {
+        return status(wire, message);
+    }
+    if wire.send(message).is_err() {
+        kill_self();
+    }
+    raw::OK
 }
 
 /// Ends the process because the connection to the host broke during a call. It sends itself a signal, because
@@ -290,32 +287,35 @@ unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
 
 unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }
-        .request_for(FrameKind::Wake, child)
-        .status
+    let wire = unsafe { &mut session(context).wire };
+    status(wire, &FromChild::Wake { child })
 }
 
 unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }
-        .request_for(FrameKind::PutToSleep, child)
-        .status
+    let wire = unsafe { &mut session(context).wire };
+    status(wire, &FromChild::PutToSleep { child })
 }
 
 unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
-    // SAFETY: the plugin gives the context of this call and room for a status.
-    unsafe {
-        let reply = session(context).request_for(FrameKind::Child, child);
-        if reply.status == raw::OK {
+    // SAFETY: the plugin gives the context of this call.
+    let wire = unsafe { &mut session(context).wire };
+    let Reply::Child(child) = request(wire, &FromChild::Child { child }) else {
+        kill_self();
+    };
+    match child {
+        Err(status) => status,
+        Ok(ChildState { state, faulted }) => {
             let status = raw::ChildStatus {
                 size: size_of::<raw::ChildStatus>() as u32,
-                state: reply.words[0] as u32,
-                faulted: reply.words[1] as u32,
+                state,
+                faulted,
                 reserved: 0,
             };
-            table::write(out, &status);
+            // SAFETY: the plugin gives room for a status.
+            unsafe { table::write(out, &status) };
+            raw::OK
         }
-        reply.status
     }
 }
 
@@ -326,14 +326,14 @@ unsafe extern "C" fn set_policy(
     dwell_ns: u64,
     hysteresis: f64,
 ) -> i32 {
+    let message = FromChild::SetPolicy {
+        child,
+        policy,
+        dwell_ns,
+        hysteresis,
+    };
     // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }
-        .request(Frame {
-            number: child,
-            words: [u64::from(policy), dwell_ns, hysteresis.to_bits(), 0],
-            ..Frame::new(FrameKind::SetPolicy)
-        })
-        .status
+    status(unsafe { &mut session(context).wire }, &message)
 }
 
 unsafe extern "C" fn now(context: *mut Context) -> u64 {
@@ -361,12 +361,14 @@ unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
 
 unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char, length: u64) {
     // SAFETY: the plugin gives the context of this call and a text of that length.
-    unsafe { session(context).notify(FrameKind::Log, level, &text_of(text, length)) };
+    let (session, text) = unsafe { (session(context), text_of(text, length)) };
+    session.notify(&FromChild::Log { level, text: &text });
 }
 
 unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
     // SAFETY: the plugin gives the context of this call and a text of that length.
-    unsafe { session(context).notify(FrameKind::Fail, 0, &text_of(text, length)) };
+    let (session, text) = unsafe { (session(context), text_of(text, length)) };
+    session.notify(&FromChild::Fail(&text));
 }
 
 unsafe extern "C" fn extension(_: *mut Context, name: *const c_char) -> *const c_void {
@@ -379,7 +381,7 @@ unsafe extern "C" fn extension(_: *mut Context, name: *const c_char) -> *const c
 
 unsafe extern "C" fn hold(context: *mut Context, held: bool) {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }.request_for(FrameKind::Hold, held.into());
+    status(unsafe { &mut session(context).wire }, &FromChild::Hold(held));
 }
 
 unsafe extern "C" fn real_time(context: *mut Context) -> u32 {

@@ -31,7 +31,7 @@ pub struct InProcessInstance {
 unsafe impl Send for InProcessInstance {}
 
 /// An arbitration query to a father.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ArbitrationQuery {
     /// The case, as the ABI numbers it.
     pub case: u32,
@@ -44,7 +44,7 @@ pub struct ArbitrationQuery {
 }
 
 /// A competing child.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CandidateChild {
     /// Its role.
     pub child: u32,

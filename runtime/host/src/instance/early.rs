@@ -1,11 +1,13 @@
 //! What a child receives with a call, before it asks: the inputs that such a call usually reads, and memory for
 //! the outputs that it usually writes in place.
 
+use std::mem::Discriminant;
 use std::sync::Arc;
 
-use jde_board::Access;
+use jde_board::{Access, Variable};
 use jde_isolation::launch::Acceptance;
-use jde_isolation::wire::{Frame, FrameKind, IN_PLACE, UNCHANGED, Wire};
+use jde_isolation::messages::{Bytes, Function, Input, Reply, Stamp, ToChild, Value};
+use jde_isolation::wire::Wire;
 use jde_records::turn::Turn;
 
 use super::CallContext;
@@ -19,16 +21,16 @@ const KEPT_CALLS: u8 = 8;
 /// The ports that can be sent with a call: a bit each in the reply.
 const MAX_EARLY_PORTS: usize = 128;
 
-/// The kinds of calls, by [`FrameKind`].
-const CALLS: usize = FrameKind::Destroy as usize + 1;
+/// The function that is called.
+pub(super) type CallKind = Discriminant<Function>;
 
 /// What the child has of each port.
 pub(super) struct EarlyPorts(Vec<EarlyPort>);
 
 #[derive(Default)]
 struct EarlyPort {
-    /// For how many calls of each kind it is still sent, unless they use it.
-    calls_left: [u8; CALLS],
+    /// For how many calls of a kind it is still sent, unless they use it; of other kinds for none.
+    calls_left: Vec<(CallKind, u8)>,
     /// What the child was sent last.
     held: Option<Held>,
     /// The release since which the plugin has read it.
@@ -37,13 +39,8 @@ struct EarlyPort {
     is_early: bool,
 }
 
-/// Identifies what a port showed.
-#[derive(PartialEq)]
-struct Held {
-    status: i32,
-    flags: u32,
-    words: [u64; 4],
-}
+/// Identifies what a port showed: a value and its place in mapped memory, or a status.
+type Held = Result<(Stamp, Option<usize>), i32>;
 
 impl EarlyPorts {
     pub(super) fn new(ports: usize) -> Self {
@@ -55,64 +52,64 @@ impl EarlyPorts {
     }
 
     /// Queues what this call usually reads and writes.
-    pub(super) fn queue(&mut self, call: &mut CallContext<'_>, kind: FrameKind, wire: &mut Wire) {
+    pub(super) fn queue(&mut self, call: &mut CallContext<'_>, kind: CallKind, wire: &mut Wire) {
         let release = call.releases();
         for (number, port) in self.0.iter_mut().enumerate() {
-            if port.calls_left[kind as usize] == 0 || port.read_in == Some(release) {
+            if *port.calls_left(kind) == 0 || port.read_in == Some(release) {
                 continue;
             }
             let number = number as u32;
-            let frame = match call.variable(number) {
-                Some((variable, true)) if !call.is_read_only() => {
-                    let place = call.loan(number, |buffer| variable.offset_of(buffer));
-                    place.ok().flatten().map(|place| Frame {
-                        number,
-                        flags: IN_PLACE,
-                        words: [0, 0, place as u64, 0],
-                        ..Frame::new(FrameKind::Value)
-                    })
-                }
-                Some((_, true)) => None,
+            port.is_early = match call.variable(number) {
+                Some((_, true)) if call.is_read_only() => false,
+                Some((variable, true)) => match loan(call, number, Some(variable)) {
+                    Ok(Some(place)) => {
+                        wire.queue(&ToChild::EarlyLoan { port: number, place });
+                        true
+                    }
+                    Ok(None) | Err(_) => false,
+                },
                 variable => {
                     let variable = variable.map(|(variable, _)| variable);
-                    let mut frame = Frame::new(FrameKind::Value);
                     let shown = call.show_early(number, |view| {
-                        show(&mut frame, view, variable.as_deref());
+                        port.queue(number, Ok(show(view, variable.as_deref())), wire);
                     });
-                    shown.map(|shown| {
-                        frame.number = number;
-                        frame.status = shown.err().unwrap_or_default();
-                        port.skip_unchanged(&mut frame);
-                        frame
-                    })
+                    if let Some(Err(status)) = shown {
+                        port.queue(number, Err(status), wire);
+                    }
+                    shown.is_some()
                 }
             };
-            port.is_early = frame.is_some();
-            if let Some(frame) = frame {
-                wire.queue(&frame);
-            }
         }
     }
 
-    /// Records that the child asked for a value, and what it was sent.
-    pub(super) fn record_request(&mut self, kind: FrameKind, release: u64, reply: &Frame) {
-        if let Some(port) = self.0.get_mut(reply.number as usize) {
-            port.held = Some(Held::of(reply));
-            port.read_in = Some(release);
-            port.calls_left[kind as usize] = KEPT_CALLS;
+    /// Queues the reply to a child that asks for the value of an input, and records what it was sent.
+    pub(super) fn reply(&mut self, call: &mut CallContext<'_>, kind: CallKind, number: u32, wire: &mut Wire) {
+        let variable = call.variable(number).map(|(variable, _)| variable);
+        let shown = call.read(number, |view| {
+            let input = show(view, variable.as_deref());
+            wire.queue(&ToChild::Reply(Reply::Input(Ok(input))));
+            held(&input)
+        });
+        if let Err(status) = shown {
+            wire.queue(&ToChild::Reply(Reply::Input(Err(status))));
+        }
+        if let Some(port) = self.0.get_mut(number as usize) {
+            port.held = Some(shown);
+            port.read_in = Some(call.releases());
+            *port.calls_left(kind) = KEPT_CALLS;
         }
     }
 
     /// Records that the child wrote a value in place.
-    pub(super) fn record_write(&mut self, kind: FrameKind, number: u32) {
+    pub(super) fn record_write(&mut self, kind: CallKind, number: u32) {
         if let Some(port) = self.0.get_mut(number as usize) {
-            port.calls_left[kind as usize] = KEPT_CALLS;
+            *port.calls_left(kind) = KEPT_CALLS;
         }
     }
 
     /// Ends the call. `read` contains the early values that the plugin read. Returns false if it read one that
     /// it was not sent.
-    pub(super) fn settle(&mut self, call: &CallContext<'_>, kind: FrameKind, read: u128) -> bool {
+    pub(super) fn settle(&mut self, call: &CallContext<'_>, kind: CallKind, read: u128) -> bool {
         let release = call.releases();
         let mut unexplained = read;
         for (number, port) in self.0.iter_mut().enumerate() {
@@ -122,51 +119,82 @@ impl EarlyPorts {
             let was_read = read >> number & 1 == 1;
             unexplained &= !(1 << number);
             call.end_early(number as u32, was_read);
-            let left = &mut port.calls_left[kind as usize];
             if was_read {
-                *left = KEPT_CALLS;
                 port.read_in = Some(release);
-            } else {
-                *left = left.saturating_sub(1);
             }
+            let left = port.calls_left(kind);
+            *left = if was_read {
+                KEPT_CALLS
+            } else {
+                left.saturating_sub(1)
+            };
         }
         unexplained == 0
     }
 }
 
 impl EarlyPort {
-    /// Removes the value from a message if the child has it.
-    fn skip_unchanged(&mut self, frame: &mut Frame) {
-        let held = Held::of(frame);
-        if self.held.as_ref() == Some(&held) && !frame.bytes.is_empty() {
-            frame.flags |= UNCHANGED;
-            frame.bytes.clear();
+    /// For how many calls of a kind it is still sent, unless they use it.
+    fn calls_left(&mut self, kind: CallKind) -> &mut u8 {
+        let known = self.calls_left.iter().position(|(known, _)| *known == kind);
+        let place = known.unwrap_or_else(|| {
+            self.calls_left.push((kind, 0));
+            self.calls_left.len() - 1
+        });
+        &mut self.calls_left[place].1
+    }
+
+    /// Queues what it shows, without the value if the child has it.
+    fn queue(&mut self, port: u32, mut input: Result<Input<'_>, i32>, wire: &mut Wire) {
+        let now = input.as_ref().map(held).map_err(|status| *status);
+        if let Ok(Input {
+            value: value @ Value::Sent(_),
+            ..
+        }) = &mut input
+            && self.held == Some(now)
+        {
+            *value = Value::Unchanged;
         }
-        self.held = Some(held);
+        self.held = Some(now);
+        wire.queue(&ToChild::Early { port, input });
     }
 }
 
-impl Held {
-    fn of(frame: &Frame) -> Self {
-        let Frame {
-            status, flags, words, ..
-        } = *frame;
-        Self { status, flags, words }
-    }
+fn held(input: &Input<'_>) -> (Stamp, Option<usize>) {
+    let place = match input.value {
+        Value::InPlace(place) => Some(place),
+        Value::Sent(_) | Value::Unchanged => None,
+    };
+    (input.stamp, place)
 }
 
-/// Fills in what a port shows: where it is in shared memory, or its bytes.
-pub(super) fn show(frame: &mut Frame, view: &View<'_>, variable: Option<&jde_board::Variable>) {
+/// What a port shows, and where it is in shared memory, or its bytes.
+fn show<'a>(view: &View<'a>, variable: Option<&Variable>) -> Input<'a> {
     let sample = view.sample();
-    frame.flags = sample.flags;
-    frame.words = [sample.time_ns, sample.sequence, 0, u64::from(sample.writer)];
-    match variable.and_then(|variable| variable.offset_of(view.bytes)) {
-        Some(place) => {
-            frame.flags |= IN_PLACE;
-            frame.words[2] = place as u64;
-        }
-        None => frame.bytes = view.bytes.to_vec(),
+    Input {
+        stamp: Stamp {
+            time_ns: sample.time_ns,
+            sequence: sample.sequence,
+            writer: sample.writer,
+            flags: sample.flags,
+        },
+        value: match variable.and_then(|variable| variable.offset_of(view.bytes)) {
+            Some(place) => Value::InPlace(place),
+            None => Value::Sent(Bytes(view.bytes)),
+        },
     }
+}
+
+/// Loans memory for the next value of an output. Returns its offset in mapped memory; `None` if the child sends the
+/// value.
+pub(super) fn loan(
+    call: &mut CallContext<'_>,
+    port: u32,
+    variable: Option<Arc<Variable>>,
+) -> Result<Option<usize>, i32> {
+    call.loan(port, |buffer| {
+        variable.and_then(|variable| variable.offset_of(buffer))
+    })
 }
 
 /// What is shown to a process of its own before it asks. A value counts as read only once the plugin reads it;

@@ -1,19 +1,23 @@
 //! The host's side of an instance in its own process: calls its functions, and replies to the plugin's
 //! requests through the [`CallContext`].
 
+use std::mem::discriminant;
 use std::sync::Arc;
 use std::time::Duration;
 
 use jde_abi::raw;
 use jde_isolation::launch::{Launch, send_files};
+use jde_isolation::messages::{
+    Bytes, Call, Changes, ChildState, Done, FromChild, Function, Outcome, Reply, ToChild,
+};
 use jde_isolation::process::Process;
-use jde_isolation::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, UNANSWERED, Wire};
+use jde_isolation::wire::Wire;
 use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
 use jde_loader::instance::{ArbitrationQuery, SavedMemory, Verdict};
 use jde_panel::{Gesture, List};
 
 use super::CallContext;
-use super::early::{self, EarlyPorts};
+use super::early::{self, CallKind, EarlyPorts};
 use super::shared_ports::describe_ports;
 use crate::engine::Engine;
 
@@ -37,11 +41,14 @@ impl IsolatedInstance {
     /// Starts a child and creates the instance there. The reason for a failure is stored in the call.
     pub(crate) fn create(call: &mut CallContext<'_>, config: &ProcessConfig) -> Option<Self> {
         let started = Self::start(call, config).and_then(|mut instance| {
-            match instance.try_invoke(call, Frame::new(FrameKind::Create)) {
-                Ok(result) if result.status == raw::OK => Ok(instance),
-                Ok(result) => {
+            match instance.try_invoke(call, Function::Create) {
+                Ok((raw::OK, _)) => Ok(instance),
+                Ok((_, outcome)) => {
                     instance.terminate(call.engine, call.number);
-                    Err(Some(String::from_utf8_lossy(&result.bytes).into_owned()))
+                    let Outcome::Refused(reason) = outcome else {
+                        return Err(None);
+                    };
+                    Err(Some(reason))
                 }
                 Err(cause) => {
                     instance.terminate(call.engine, call.number);
@@ -62,20 +69,20 @@ impl IsolatedInstance {
     }
 
     pub(crate) fn awake(&mut self, call: &mut CallContext<'_>) -> i32 {
-        self.invoke(call, Frame::new(FrameKind::Awake)).status
+        self.invoke(call, Function::Awake).0
     }
 
     pub(crate) fn check(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
-        check_result(&self.invoke(call, Frame::new(FrameKind::Check)))
+        checked(self.invoke(call, Function::Check))
     }
 
     pub(crate) fn iterate(&mut self, call: &mut CallContext<'_>) -> i32 {
-        self.invoke(call, Frame::new(FrameKind::Iterate)).status
+        self.invoke(call, Function::Iterate).0
     }
 
     /// Checks, and iterates if the precondition is true. The status is that of the iteration if it is.
     pub(crate) fn check_and_iterate(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
-        check_result(&self.invoke(call, Frame::new(FrameKind::CheckAndIterate)))
+        checked(self.invoke(call, Function::CheckAndIterate))
     }
 
     pub(crate) fn arbitrate(
@@ -83,69 +90,60 @@ impl IsolatedInstance {
         call: &mut CallContext<'_>,
         query: &ArbitrationQuery,
     ) -> (i32, Verdict) {
-        let bytes = jde_panel::encode(query);
-        let result = self.invoke(
-            call,
-            Frame {
-                bytes,
-                ..Frame::new(FrameKind::Arbitrate)
-            },
-        );
-        (
-            result.status,
-            jde_panel::decode(&result.bytes).unwrap_or_default(),
-        )
+        let (status, outcome) = self.invoke(call, Function::Arbitrate(query.clone()));
+        let Outcome::Arbitrated(verdict) = outcome else {
+            return (status, Verdict::default());
+        };
+        (status, verdict)
     }
 
     pub(crate) fn sleep(&mut self, call: &mut CallContext<'_>) {
         // A dead process needs no sleep, and its death is reported already.
         if !self.is_dead() {
-            self.invoke(call, Frame::new(FrameKind::Sleep));
+            self.invoke(call, Function::Sleep);
         }
     }
 
     pub(crate) fn draw(&mut self, call: &mut CallContext<'_>) -> (i32, Result<List, String>) {
-        let result = self.invoke(call, Frame::new(FrameKind::Draw));
-        let list = jde_panel::decode::<Result<List, String>>(&result.bytes);
+        let (status, outcome) = self.invoke(call, Function::Draw);
+        let Outcome::Drawn(Bytes(list)) = outcome else {
+            return (status, Err(String::from("its process has drawn nothing")));
+        };
+        let list = jde_panel::decode::<Result<List, String>>(&list);
         let list = list.unwrap_or_else(|error| Err(error.to_string()));
         let checked = list.and_then(|list| {
             let validity = jde_panel::check(&list);
             validity.map(|()| list).map_err(|error| error.to_string())
         });
-        (result.status, checked)
+        (status, checked)
     }
 
     pub(crate) fn touch(&mut self, call: &mut CallContext<'_>, by: &str, gesture: &Gesture) -> i32 {
-        let bytes = jde_panel::encode(&(by, gesture));
-        self.invoke(
-            call,
-            Frame {
-                bytes,
-                ..Frame::new(FrameKind::Touch)
-            },
-        )
-        .status
+        let touch = Function::Touch {
+            by: by.to_owned(),
+            gesture: gesture.clone(),
+        };
+        self.invoke(call, touch).0
     }
 
     pub(crate) fn save(&mut self, call: &mut CallContext<'_>) -> (i32, Result<Vec<u8>, String>) {
-        let result = self.invoke(call, Frame::new(FrameKind::Save));
-        let memory = jde_panel::decode::<Result<Vec<u8>, String>>(&result.bytes);
-        let memory = memory.unwrap_or_else(|error| Err(error.to_string()));
-        let fits = |memory: &Vec<u8>| memory.len() as u64 <= raw::STATE_MOST;
-        let memory = memory.and_then(|memory| match fits(&memory) {
+        let (status, outcome) = self.invoke(call, Function::Save);
+        let Outcome::Saved(memory) = outcome else {
+            return (status, Err(String::from("its process has saved nothing")));
+        };
+        let memory = memory.and_then(|Bytes(memory)| match memory.len() as u64 <= raw::STATE_MOST {
             true => Ok(memory),
             false => Err(String::from("it saves more than is kept")),
         });
-        (result.status, memory)
+        (status, memory)
     }
 
     pub(crate) fn restore(&mut self, call: &mut CallContext<'_>, memory: &SavedMemory) -> i32 {
-        let frame = Frame {
-            number: memory.version,
-            bytes: memory.bytes.clone(),
-            ..Frame::new(FrameKind::Restore)
+        let restore = Function::Restore {
+            version: memory.version,
+            memory: Bytes(memory.bytes.clone()),
         };
-        self.invoke(call, frame).status
+        self.invoke(call, restore).0
     }
 
     /// Ends the instance and its child.
@@ -153,9 +151,9 @@ impl IsolatedInstance {
         let meter = &engine.metrics[number];
         meter.begin_call(engine.clock.now());
         self.process.expect_exit();
-        if self.process.begin_call().is_ok() && self.wire.send(&Frame::new(FrameKind::Destroy)).is_ok() {
+        if self.process.begin_call().is_ok() && self.wire.send(&ToChild::Destroy).is_ok() {
             // Receives the reply to the end. A child that sends none is ended as well.
-            drop(self.wire.receive());
+            drop(self.wire.receive::<FromChild<'_>>());
         }
         self.terminate(engine, number);
         meter.end_call();
@@ -215,24 +213,19 @@ impl IsolatedInstance {
             limits: config.limits,
             authority: engine.authority.is_some().then_some(number),
         };
-        let frame = Frame {
-            bytes: jde_panel::encode(&launch),
-            ..Frame::new(FrameKind::Start)
-        };
         if !engine.clock.is_real() {
             drop(instance.wire.set_timeout(Some(LOCKSTEP_TIMEOUT)));
         }
         let reply = match (entered, sent) {
-            (Ok(()), Ok(())) => instance.try_invoke(call, frame),
+            (Ok(()), Ok(())) => instance.try_invoke(call, Function::Start(Box::new(launch))),
             (Err(cause), _) => Err(cause),
             (_, Err(error)) => Err(instance.process.fail_call(&error.to_string())),
         };
         let refused = match reply {
-            Ok(result) if result.status == raw::OK => {
-                engine.warn_unset_limits(
-                    number,
-                    &jde_panel::decode::<Vec<String>>(&result.bytes).unwrap_or_default(),
-                );
+            Ok((raw::OK, outcome)) => {
+                if let Outcome::Started(unset_limits) = outcome {
+                    engine.warn_unset_limits(number, &unset_limits);
+                }
                 return Ok(instance);
             }
             Ok(_) => call.failure.take(),
@@ -249,94 +242,134 @@ impl IsolatedInstance {
         engine.processes.remove(number, &self.process);
     }
 
-    /// One call. A death is returned as a failure; the caller handles it.
-    fn invoke(&mut self, call: &mut CallContext<'_>, frame: Frame) -> Frame {
-        match self.try_invoke(call, frame) {
-            Ok(result) => result,
-            Err(cause) => {
-                call.failure = Some(cause);
-                Frame {
-                    status: raw::FAILED,
-                    ..Frame::new(FrameKind::Done)
-                }
-            }
-        }
+    /// One call: its status and what the function returned. A death is returned as a failure; the caller handles it.
+    fn invoke(&mut self, call: &mut CallContext<'_>, function: Function) -> (i32, Outcome) {
+        self.try_invoke(call, function).unwrap_or_else(|cause| {
+            call.failure = Some(cause);
+            (raw::FAILED, Outcome::Nothing)
+        })
     }
 
     /// Sends a call and replies to its requests until it is done.
     ///
     /// # Errors
     /// Why the child is dead.
-    fn try_invoke(&mut self, call: &mut CallContext<'_>, mut frame: Frame) -> Result<Frame, String> {
+    fn try_invoke(
+        &mut self,
+        call: &mut CallContext<'_>,
+        function: Function,
+    ) -> Result<(i32, Outcome), String> {
         self.process.begin_call()?;
         call.engine.processes.mark_called(call.number, &self.process);
-        if call.is_read_only() {
-            frame.flags |= CHANGES_NOTHING;
-        } else if !call.may_do_all() {
-            frame.flags |= ANSWERED;
-        }
-        let (now, speed) = (call.engine.clock.now(), call.engine.clock.speed());
-        frame.words = [now, machine_time(), speed.to_bits(), call.releases()];
-        match self.exchange(call, &frame) {
-            Ok(result) => {
+        let message = Call {
+            now: call.engine.clock.now(),
+            machine: machine_time(),
+            speed: call.engine.clock.speed(),
+            release: call.releases(),
+            changes: match (call.is_read_only(), call.may_do_all()) {
+                (true, _) => Changes::Nothing,
+                (false, false) => Changes::Answered,
+                (false, true) => Changes::All,
+            },
+            function,
+        };
+        match self.exchange(call, message) {
+            Ok(done) => {
                 self.process.end_call()?;
-                Ok(result)
+                Ok((done.status, done.outcome))
             }
             Err(why) => Err(self.process.fail_call(&why)),
         }
     }
 
-    fn exchange(&mut self, call: &mut CallContext<'_>, frame: &Frame) -> Result<Frame, String> {
-        self.early.queue(call, frame.kind, &mut self.wire);
-        let done = self.wire.send(frame).map_err(stream_error);
-        let done = done.and_then(|()| self.serve_until_done(call, frame.kind));
-        let read = done.as_ref().map_or(0, |done| {
-            u128::from(done.words[1]) | u128::from(done.words[2]) << 64
-        });
-        if !self.early.settle(call, frame.kind, read) {
+    fn exchange(&mut self, call: &mut CallContext<'_>, message: Call) -> Result<Done, String> {
+        let kind = discriminant(&message.function);
+        self.early.queue(call, kind, &mut self.wire);
+        let done = self.wire.send(&ToChild::Call(message)).map_err(stream_error);
+        let done = done.and_then(|()| self.serve_until_done(call, kind));
+        let read = done.as_ref().map_or(0, |done| done.read_early);
+        if !self.early.settle(call, kind, read) {
             return Err(String::from("its process read an input that it was not sent"));
         }
         done
     }
 
     /// Carries out and answers what the plugin requests until its call is done.
-    fn serve_until_done(&mut self, call: &mut CallContext<'_>, during: FrameKind) -> Result<Frame, String> {
+    fn serve_until_done(&mut self, call: &mut CallContext<'_>, during: CallKind) -> Result<Done, String> {
         let mut terminal = None;
+        let impossible = |what| Err(format!("its process asked what cannot be asked: {what}"));
         loop {
-            let request = self.wire.receive().map_err(stream_error)?;
-            match request.kind {
-                FrameKind::Done => {
-                    if let Some(time) = request.words[3].checked_sub(1) {
+            let reply = match self.wire.receive().map_err(stream_error)? {
+                FromChild::Done(done) => {
+                    if let Some(time) = done.first_time {
                         call.first_time.get_or_insert(time);
                     }
-                    return Ok(request);
+                    return Ok(done);
                 }
-                FrameKind::Hold if self.debugged => {
-                    if terminal.is_some() != (request.number != 0) {
-                        terminal = self.hold(call, terminal.is_none());
-                    }
-                    self.wire
-                        .send(&Frame::new(FrameKind::Reply))
-                        .map_err(stream_error)?;
+                FromChild::Log { level, text } => {
+                    call.log(level, text);
+                    continue;
                 }
-                FrameKind::Log => call.log(request.number, &String::from_utf8_lossy(&request.bytes)),
-                FrameKind::Fail => call.failure = Some(String::from_utf8_lossy(&request.bytes).into_owned()),
-                _ => {
-                    let reply = reply_to(call, &request).ok_or_else(|| {
-                        format!("its process asked what cannot be asked: {:?}", request.kind)
-                    })?;
-                    match request.kind {
-                        FrameKind::Read => self.early.record_request(during, call.releases(), &reply),
-                        FrameKind::Publish if request.bytes.is_empty() => {
-                            self.early.record_write(during, request.number);
-                        }
-                        _ => {}
-                    }
-                    if request.flags & UNANSWERED == 0 {
-                        self.wire.send(&reply).map_err(stream_error)?;
-                    }
+                FromChild::Fail(reason) => {
+                    call.failure = Some(reason.to_owned());
+                    continue;
                 }
-            }
+                FromChild::Read { port } => {
+                    self.early.reply(call, during, port, &mut self.wire);
+                    self.wire.flush().map_err(stream_error)?;
+                    continue;
+                }
+                FromChild::Loan { port } => {
+                    let variable = call.variable(port).map(|(variable, _)| variable);
+                    Reply::Loan(early::loan(call, port, variable))
+                }
+                FromChild::Publish {
+                    port,
+                    time,
+                    value,
+                    unanswered,
+                } => {
+                    let Some(status) = publish(call, port, time, value) else {
+                        return impossible("Publish");
+                    };
+                    if value.is_none() {
+                        self.early.record_write(during, port);
+                    }
+                    if unanswered {
+                        continue;
+                    }
+                    Reply::Status(status)
+                }
+                FromChild::Retract { port, unanswered } => {
+                    let status = call.retract(port);
+                    if unanswered {
+                        continue;
+                    }
+                    Reply::Status(status)
+                }
+                FromChild::Wake { child } => Reply::Status(call.wake(child)),
+                FromChild::PutToSleep { child } => Reply::Status(call.sleep(child)),
+                FromChild::Child { child } => Reply::Child(call.child(child).map(|child| ChildState {
+                    state: child.state,
+                    faulted: child.faulted,
+                })),
+                FromChild::SetPolicy {
+                    child,
+                    policy,
+                    dwell_ns,
+                    hysteresis,
+                } => Reply::Status(call.set_policy(child, policy, dwell_ns, hysteresis)),
+                FromChild::Hold(held) => {
+                    if !self.debugged {
+                        return impossible("Hold");
+                    }
+                    if terminal.is_some() != held {
+                        terminal = self.hold(call, held);
+                    }
+                    Reply::Status(raw::OK)
+                }
+            };
+            self.wire.send(&ToChild::Reply(reply)).map_err(stream_error)?;
         }
     }
 
@@ -357,90 +390,30 @@ impl IsolatedInstance {
     }
 }
 
-fn check_result(done: &Frame) -> (i32, bool, f64) {
-    let is_ready = done.flags & READY != 0;
-    (done.status, is_ready, f64::from_bits(done.words[0]))
+fn checked((status, outcome): (i32, Outcome)) -> (i32, bool, f64) {
+    let Outcome::Checked { ready, urgency } = outcome else {
+        return (status, false, 0.0);
+    };
+    (status, ready, urgency)
 }
 
-/// Returns the host's reply to a request during a call; `None` if that kind is no request.
-fn reply_to(call: &mut CallContext<'_>, request: &Frame) -> Option<Frame> {
-    let mut reply = Frame::new(FrameKind::Reply);
-    let number = request.number;
-    reply.number = number;
-    match request.kind {
-        FrameKind::Read => {
-            let variable = call.variable(number);
-            let variable = variable.map(|(variable, _)| variable);
-            let shown = call.read(number, |view| early::show(&mut reply, view, variable.as_deref()));
-            reply.status = shown.map_or_else(|status| status, |()| raw::OK);
-        }
-        FrameKind::Loan => {
-            let variable = call.variable(number);
-            let loaned = call.loan(number, |buffer| {
-                variable.and_then(|(variable, _)| variable.offset_of(buffer))
-            });
-            match loaned {
-                Err(status) => reply.status = status,
-                Ok(Some(place)) => {
-                    reply.flags = IN_PLACE;
-                    reply.words[2] = place as u64;
-                }
-                Ok(None) => {}
+/// Publishes a loan, or the value that was sent. Returns the status; `None` if the value has another size.
+fn publish(call: &mut CallContext<'_>, port: u32, time: u64, value: Option<Bytes<&[u8]>>) -> Option<i32> {
+    if let Some(Bytes(value)) = value {
+        let fits = call.loan(port, |buffer| {
+            let fits = buffer.len() == value.len();
+            if fits {
+                buffer.copy_from_slice(value);
             }
+            fits
+        });
+        match fits {
+            Ok(true) => {}
+            Ok(false) => return None,
+            Err(status) => return Some(status),
         }
-        FrameKind::Publish => {
-            reply.status = raw::OK;
-            if !request.bytes.is_empty() {
-                let fits = call.loan(number, |buffer| {
-                    let fits = buffer.len() == request.bytes.len();
-                    if fits {
-                        buffer.copy_from_slice(&request.bytes);
-                    }
-                    fits
-                });
-                match fits {
-                    Ok(true) => {}
-                    Ok(false) => return None,
-                    Err(status) => reply.status = status,
-                }
-            }
-            if reply.status == raw::OK {
-                reply.status = call.publish(number, request.words[0]);
-            }
-        }
-        FrameKind::Retract => reply.status = call.retract(number),
-        FrameKind::Wake => reply.status = call.wake(number),
-        FrameKind::PutToSleep => reply.status = call.sleep(number),
-        FrameKind::Child => match call.child(number) {
-            Err(status) => reply.status = status,
-            Ok(child) => reply.words = [u64::from(child.state), u64::from(child.faulted), 0, 0],
-        },
-        FrameKind::SetPolicy => {
-            let [policy, dwell, hysteresis, _] = request.words;
-            let policy = u32::try_from(policy).ok()?;
-            reply.status = call.set_policy(number, policy, dwell, f64::from_bits(hysteresis));
-        }
-        FrameKind::Start
-        | FrameKind::Value
-        | FrameKind::Create
-        | FrameKind::Awake
-        | FrameKind::Check
-        | FrameKind::Iterate
-        | FrameKind::CheckAndIterate
-        | FrameKind::Arbitrate
-        | FrameKind::Sleep
-        | FrameKind::Draw
-        | FrameKind::Touch
-        | FrameKind::Save
-        | FrameKind::Restore
-        | FrameKind::Destroy
-        | FrameKind::Reply
-        | FrameKind::Log
-        | FrameKind::Fail
-        | FrameKind::Hold
-        | FrameKind::Done => return None,
     }
-    Some(reply)
+    Some(call.publish(port, time))
 }
 
 /// Returns why a child is killed after its stream broke, unless its own death was the cause.

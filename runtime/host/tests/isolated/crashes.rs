@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use jde_core::{Health, State};
 use jde_isolation::launch::receive_files;
-use jde_isolation::wire::{Frame, FrameKind, Wire};
+use jde_isolation::messages::{Done, FromChild, Function, ToChild};
+use jde_isolation::wire::Wire;
 use jde_records::event::{Outcome, What};
 
 use crate::common::{Executor, Scenario, on_every_executor};
@@ -146,16 +147,15 @@ pub(crate) fn forge() -> std::io::Result<()> {
     drop(receive_files(&stream)?);
     let mut wire = Wire::new(stream);
     loop {
-        let frame = wire.receive()?;
-        if frame.kind == FrameKind::Value {
-            continue;
-        }
-        let mut done = Frame::new(FrameKind::Done);
-        done.bytes = jde_panel::encode(&Vec::<String>::new());
-        if frame.kind == FrameKind::Check {
-            done.words[1] = u64::MAX;
-        }
-        wire.send(&done)?;
+        let claims = match wire.receive()? {
+            ToChild::Call(call) => matches!(call.function, Function::Check),
+            ToChild::Destroy => false,
+            ToChild::Early { .. } | ToChild::EarlyLoan { .. } | ToChild::Reply(_) => continue,
+        };
+        wire.send(&FromChild::Done(Done {
+            read_early: if claims { u64::MAX.into() } else { 0 },
+            ..Done::default()
+        }))?;
     }
 }
 

@@ -227,19 +227,35 @@ enum Form {
 
 /// A type that several ports or fields may share.
 mod shared {
+    use std::cell::Cell;
     use std::sync::Arc;
 
     use jde_abi::describe;
+    use serde::de::Error;
     use serde::{Deserializer, Serializer};
 
     use super::Type;
+
+    /// More than the ABI lets types nest; a damaged process could send any depth.
+    const MAX_DEPTH: usize = 32;
+    thread_local! {
+        /// The types around the one that is read.
+        static DEPTH: Cell<usize> = const { Cell::new(0) };
+    }
 
     pub(super) fn serialize<S: Serializer>(ty: &Arc<describe::Type>, to: S) -> Result<S::Ok, S::Error> {
         Type::serialize(ty, to)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<describe::Type>, D::Error> {
-        Type::deserialize(from).map(Arc::new)
+        let depth = DEPTH.get();
+        if depth == MAX_DEPTH {
+            return Err(D::Error::custom("its type nests too deeply"));
+        }
+        DEPTH.set(depth + 1);
+        let read = Type::deserialize(from);
+        DEPTH.set(depth);
+        read.map(Arc::new)
     }
 }
 

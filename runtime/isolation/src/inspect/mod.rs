@@ -43,9 +43,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Program;
 use super::descendants::{Descendants, end_after};
+use super::messages::{Bytes, FromChild, Input, Reply, Stamp, ToChild, Value};
 use super::process::describe_exit_status;
 use super::python;
-use super::wire::{Frame, FrameKind, Wire};
+use super::wire::Wire;
 pub use serve::serve;
 
 /// The time limit for the description of one file. A library is mapped in milliseconds; a constructor that
@@ -58,8 +59,8 @@ const INSPECT_TIMEOUT: Duration = Duration::from_secs(5);
 const MAX_STDERR_CHARS: usize = 300;
 
 /// A request to the child.
-#[derive(Serialize, Deserialize)]
-enum InspectorRequest {
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum InspectorRequest {
     /// Describe a plugin.
     Describe {
         /// The file to map.
@@ -86,17 +87,17 @@ enum InspectorRequest {
     },
 }
 
-/// The child's reply.
-#[derive(Serialize, Deserialize)]
-enum InspectorResponse {
+/// The child's reply. After [`InspectorRequest::Inspect`] it follows the messages of a call ([`FromChild`]), the last of which
+/// is [`FromChild::Done`].
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum InspectorResponse {
     Plugin {
         #[serde(with = "description::Plugin")]
         description: describe::Plugin,
         /// The optional functions of each type, as bits.
         optional: Vec<u32>,
     },
-    /// Names and files.
-    EntryPoints(Vec<(String, PathBuf)>),
+    EntryPoints(Vec<EntryPoint>),
     Inspected {
         /// A status code of the ABI.
         status: i32,
@@ -105,6 +106,10 @@ enum InspectorResponse {
     },
     Refused(String),
 }
+
+/// The name and the file of a plugin.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct EntryPoint(pub(crate) String, #[serde(with = "as_bytes")] pub(crate) PathBuf);
 
 /// Why there is no reply.
 enum RequestError {
@@ -167,7 +172,10 @@ impl Inspector {
         let ask = || match self.python.request(DESCRIBE_TIMEOUT, |child| {
             child.request(&InspectorRequest::EntryPoints)
         }) {
-            Ok(InspectorResponse::EntryPoints(found)) => Ok(found),
+            Ok(InspectorResponse::EntryPoints(found)) => Ok(found
+                .into_iter()
+                .map(|EntryPoint(name, file)| (name, file))
+                .collect()),
             Ok(_) => Err(String::from("its process sent an invalid reply")),
             Err(RequestError::NotStarted(error)) => {
                 Err(python::describe_start_error(&self.python.program, &error))
@@ -362,15 +370,8 @@ impl InspectorProcess {
     }
 
     fn request(&mut self, request: &InspectorRequest) -> io::Result<InspectorResponse> {
-        self.send(request)?;
-        Ok(serde_json::from_slice(&self.wire.receive()?.bytes)?)
-    }
-
-    fn send(&mut self, request: &InspectorRequest) -> io::Result<()> {
-        self.wire.send(&Frame {
-            bytes: serde_json::to_vec(request)?,
-            ..Frame::new(FrameKind::Start)
-        })
+        self.wire.send(request)?;
+        self.wire.receive()
     }
 
     /// Sends a request, and serves the reads of the schema meanwhile. Also returns the reason for a failure
@@ -382,18 +383,28 @@ impl InspectorProcess {
     ) -> io::Result<(InspectorResponse, Option<String>)> {
         let end = Instant::now() + INSPECT_TIMEOUT;
         let mut failure = None;
-        self.send(request)?;
+        self.wire.send(request)?;
         loop {
-            let frame = self.wire.receive()?;
-            match frame.kind {
-                FrameKind::Done => return Ok((serde_json::from_slice(&frame.bytes)?, failure)),
-                FrameKind::Fail => failure = Some(String::from_utf8_lossy(&frame.bytes).into_owned()),
+            let reply = match self.wire.receive()? {
+                FromChild::Done(_) => return Ok((self.wire.receive()?, failure)),
+                FromChild::Fail(reason) => {
+                    failure = Some(reason.to_owned());
+                    None
+                }
                 // Log messages of an inspection are not shown.
-                FrameKind::Log => {}
-                kind => self.wire.send(&match kind {
-                    FrameKind::Read => read_reply(inspection, frame.number),
-                    _ => reply(raw::REFUSED),
-                })?,
+                FromChild::Log { .. } => None,
+                FromChild::Read { port } => Some(Reply::Input(read(inspection, port))),
+                FromChild::Loan { .. } => Some(Reply::Loan(Err(raw::REFUSED))),
+                FromChild::Child { .. } => Some(Reply::Child(Err(raw::REFUSED))),
+                FromChild::Publish { .. }
+                | FromChild::Retract { .. }
+                | FromChild::Wake { .. }
+                | FromChild::PutToSleep { .. }
+                | FromChild::SetPolicy { .. }
+                | FromChild::Hold(_) => Some(Reply::Status(raw::REFUSED)),
+            };
+            if let Some(reply) = reply {
+                self.wire.send(&ToChild::Reply(reply))?;
             }
             let remaining = end.saturating_duration_since(Instant::now());
             if remaining.is_zero() {
@@ -455,29 +466,25 @@ fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
-/// Returns the value of a modulation, in reply to [`FrameKind::Read`]. No other port has a value; an import is
+/// Returns the value of a modulation, in reply to [`FromChild::Read`]. No other port has a value; an import is
 /// bound or not.
-fn read_reply(inspection: &Inspection<'_>, port: u32) -> Frame {
+fn read<'a>(inspection: &Inspection<'a>, port: u32) -> Result<Input<'a>, i32> {
     let Some((value, set)) = inspection.value(port) else {
-        return reply(if inspection.is_unbound_import(port) {
+        return Err(if inspection.is_unbound_import(port) {
             raw::UNBOUND
         } else {
             raw::NO_VALUE
         });
     };
-    Frame {
-        flags: if set { 0 } else { raw::SAMPLE_DEFAULT },
-        words: [0, u64::from(set), 0, 0],
-        bytes: value.to_vec(),
-        ..reply(raw::OK)
-    }
-}
-
-fn reply(status: i32) -> Frame {
-    Frame {
-        status,
-        ..Frame::new(FrameKind::Reply)
-    }
+    Ok(Input {
+        stamp: Stamp {
+            time_ns: 0,
+            sequence: u64::from(set),
+            writer: 0,
+            flags: if set { 0 } else { raw::SAMPLE_DEFAULT },
+        },
+        value: Value::Sent(Bytes(value)),
+    })
 }
 
 impl Drop for InspectorProcess {

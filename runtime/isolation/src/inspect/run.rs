@@ -16,7 +16,7 @@ use crate::launch::PortInfo;
 use crate::limits;
 use crate::memory::IsolatedPort;
 use crate::table::{CallState, HOST, Session};
-use crate::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
+use crate::wire::Wire;
 
 /// A status of the ABI, and the problems found.
 pub(crate) type InspectionOutcome = (i32, Result<Vec<Problem>, String>);
@@ -49,10 +49,7 @@ pub(crate) fn run_inspection(
         real_time: true,
         ports: IsolatedPort::open_all(&infos, &mut Vec::new().into_iter()).unwrap_or_default(),
         authority: None,
-        call: CallState::of(&Frame {
-            flags: CHANGES_NOTHING,
-            ..Frame::new(FrameKind::Start)
-        }),
+        call: CallState::inspection(),
     };
     // SAFETY: the table was checked when its plugin was loaded.
     let inspected = match unsafe { InProcessInstance::create(table, &HOST, session.context(), listed, own) } {

@@ -13,9 +13,10 @@ use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 
 use super::run::{restrict_to_reading, run_inspection};
-use super::{InspectorRequest, InspectorResponse};
+use super::{EntryPoint, InspectorRequest, InspectorResponse};
 use crate::ServeError;
-use crate::wire::{Frame, FrameKind, Wire};
+use crate::messages::{Done, FromChild};
+use crate::wire::Wire;
 
 /// Inspects plugins in this process for the host at standard input; returns when the host sends no more
 /// requests. `open` loads a file, which the user knows by its second argument: [`LoadedPlugin::open_copy`],
@@ -31,9 +32,13 @@ pub fn serve(
     let mut wire = Wire::new(connect_to_host().map_err(ServeError::NoHost)?);
     let mut mapped = Vec::new();
     let mut is_restricted = false;
-    while let Ok(frame) = wire.receive() {
-        let Ok(request) = serde_json::from_slice::<InspectorRequest>(&frame.bytes) else {
-            return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
+    loop {
+        let request = match wire.receive() {
+            Ok(request) => request,
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                return Err(ServeError::NoHost(error));
+            }
+            Err(_) => return Ok(()),
         };
         let response = match request {
             InspectorRequest::Describe { copy, path } => match map(open, &mut mapped, &copy, path) {
@@ -50,7 +55,10 @@ pub fn serve(
                 }
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
-            InspectorRequest::EntryPoints => InspectorResponse::EntryPoints(entry_points()),
+            InspectorRequest::EntryPoints => {
+                let found = entry_points().into_iter();
+                InspectorResponse::EntryPoints(found.map(|(name, file)| EntryPoint(name, file)).collect())
+            }
             InspectorRequest::Inspect {
                 path,
                 number,
@@ -66,7 +74,7 @@ pub fn serve(
                     Some((_, loaded)) => Ok(loaded.clone()),
                     None => map(open, &mut mapped, &path.clone(), path),
                 };
-                match loaded
+                let response = match loaded
                     .as_ref()
                     .map(|loaded| (loaded, loaded.description.schemas.get(number)))
                 {
@@ -84,16 +92,13 @@ pub fn serve(
                         InspectorResponse::Refused(format!("its file no longer has a type number {number}"))
                     }
                     Err(error) => InspectorResponse::Refused(error.to_string()),
-                }
+                };
+                wire.queue(&FromChild::Done(Done::default()));
+                response
             }
         };
-        let done = Frame {
-            bytes: serde_json::to_vec(&response).map_err(|error| ServeError::NoHost(error.into()))?,
-            ..Frame::new(FrameKind::Done)
-        };
-        wire.send(&done).map_err(ServeError::NoHost)?;
+        wire.send(&response).map_err(ServeError::NoHost)?;
     }
-    Ok(())
 }
 
 /// Maps `file`, which the user knows as `path`, and keeps it.
