@@ -32,7 +32,11 @@ struct FirstWoken(Arc<OnceLock<Nanos>>);
 
 impl Observer for FirstWoken {
     fn on_event(&mut self, event: &Event) {
-        if let Event::State(StateChange { time, from: State::Slept, .. }) = event
+        if let Event::State(StateChange {
+            time,
+            from: State::Slept,
+            ..
+        }) = event
         {
             // Only the first time is kept. The others are woken at the same instant.
             let _ = self.0.set(*time);

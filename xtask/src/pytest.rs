@@ -55,7 +55,7 @@ impl Python {
 }
 
 /// The schemas in Python of the tests of conformance, from the folder of the package.
-const SCHEMAS: &str = "../host/tests/python";
+const SCHEMAS: &str = "../../runtime/host/tests/python";
 
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let Some(python) = Python::new(context)? else {
