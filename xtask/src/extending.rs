@@ -97,7 +97,8 @@ fn counted(patch: &str) -> String {
         .filter(|line| line.starts_with("diff --git "))
         .count();
     let new = patch.lines().filter(|line| *line == "--- /dev/null").count();
-    format!("{new} new file, {} changed.", all - new)
+    let files = if new == 1 { "file" } else { "files" };
+    format!("{new} new {files}, {} changed.", all - new)
 }
 
 #[cfg(test)]

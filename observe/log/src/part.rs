@@ -231,7 +231,11 @@ pub(crate) fn find_recordings(path: &Path) -> io::Result<Found> {
 /// The folder cannot be read.
 pub(crate) fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOut)> {
     let (parts, left_out) = find_marked(path)?;
-    let parts = parts.into_iter().filter(|file| !file.mark.is_whole);
+    // Those in which a recording in the file itself went on belong to that one.
+    let own = path.is_file().then(|| Mark::read(path).ok().flatten()).flatten();
+    let own = own.filter(|mark| mark.is_whole).map(|mark| mark.recording);
+    let is_split = |mark: &Mark| !mark.is_whole && own.as_ref() != Some(&mark.recording);
+    let parts = parts.into_iter().filter(|file| is_split(&file.mark));
     Ok((parts.map(|file| (file.number, file.path)).collect(), left_out))
 }
 

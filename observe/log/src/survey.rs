@@ -335,9 +335,11 @@ impl SchemaProblems {
                     problems.hangs = false;
                     problems.last_fault = Some(event.text());
                 }),
+                Health::Ok => Self::of(all, schema, |problems| problems.hangs = false),
                 // An overrun has an event of its own.
-                Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => {}
+                Health::Overrun | Health::ArbitrationFailed(_) => {}
             },
+            What::CallAbandoned { schema, .. } => Self::of(all, schema, |problems| problems.hangs = false),
             What::Hung { schema, .. } => Self::of(all, schema, |problems| {
                 problems.faults += 1;
                 problems.hangs = true;
@@ -354,7 +356,6 @@ impl SchemaProblems {
             | What::StoodStill { .. }
             | What::WentOn { .. }
             | What::Stalled { .. }
-            | What::CallAbandoned { .. }
             | What::AbandonedCallReturned { .. }
             | What::Limited { .. }
             | What::Operator { .. }

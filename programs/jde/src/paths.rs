@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 
 /// The folder of this program's data: `share/jde` of its installation, or else the checkout that it was built
-/// from, which may no longer exist. Both hold `apps`, `experiments`, `worlds` and `crates`.
+/// from, which may no longer exist. Both hold `apps`, `experiments`, `worlds` and the crates of the SDK.
 pub(crate) fn data() -> PathBuf {
     let installed = std::env::current_exe()
         .ok()

@@ -1,7 +1,7 @@
 //! The messages between the host and a child. Both ends are the same build, so they have no version.
 //!
 //! The host sends a [`Call`], the child requests what the call needs ([`FromChild`]) and receives a [`Reply`] to each
-//! request, and the call ends with [`Done`]. The host trusts no message: an unexpected one ends the child.
+//! that is not unanswered, and the call ends with [`Done`]. The host trusts no message: an unexpected one ends the child.
 
 use jde_loader::instance::{ArbitrationQuery, Verdict};
 use jde_panel::Gesture;

@@ -155,6 +155,7 @@ impl LoadedPlugin {
     /// As [`Self::open`].
     pub fn open_copy(file: &Path, path: &Path) -> Result<Self, LoadError> {
         let symbol_size = table_symbol_size(file)?;
+        crate::forked::watch();
         // SAFETY: the file is a complete library for this machine; loading it includes its constructors.
         let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
             .map_err(|error| LoadError::System(loader_message(&error, file, path)))?;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use jde_core::Nanos;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Identifies a build of a plugin for users.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,8 +12,14 @@ pub struct BuildName {
     /// The plugin's version, as its author states it.
     pub version: String,
     /// Its file; `None` if it is linked in.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", serialize_with = "shown")]
     pub file: Option<PathBuf>,
+}
+
+/// Writes a path that may be no text.
+fn shown<S: Serializer>(file: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    let shown = file.as_ref().map(|file| file.to_string_lossy());
+    shown.serialize(serializer)
 }
 
 /// "0.2.0 from target/debug/libvff.so".

@@ -71,7 +71,11 @@ impl From<&Occurrence<String>> for EventMessage {
                 number,
                 gesture: gesture.clone(),
             }),
-            data: serde_json::to_value(what).ok(),
+            data: if let What::Unknown { data, .. } = what {
+                data.clone()
+            } else {
+                serde_json::to_value(what).ok()
+            },
         }
     }
 }
@@ -91,6 +95,7 @@ impl TryFrom<EventMessage> for Occurrence<String> {
             schema: message.schema,
             by: message.by,
             text: message.text,
+            data: message.data,
         });
         Ok(what.at(time))
     }

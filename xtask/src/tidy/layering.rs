@@ -98,8 +98,10 @@ impl<'p> Row<'p> {
     }
 
     fn allows(&self, folder: &str) -> bool {
+        // A name alone is that of a crate: nothing uses a plugin.
         folder
             .split_once('/')
+            .filter(|(floor, _)| !["schemas", "drivers"].contains(floor))
             .is_some_and(|(_, name)| self.uses == "all" || self.uses.split(", ").any(|used| used == name))
     }
 }

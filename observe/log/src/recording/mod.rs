@@ -39,6 +39,8 @@ const MAX_RECORD: usize = 128 << 20;
 /// A recording, open for reading.
 pub struct Recording {
     path: PathBuf,
+    /// Whether it has one file.
+    is_alone: bool,
     /// The files, in their order.
     parts: Vec<Part>,
     channels: Channels,
@@ -217,6 +219,7 @@ impl Recording {
         }
         let mut recording = Self {
             path: path.to_owned(),
+            is_alone: files.len() == 1,
             parts: Vec::new(),
             channels: Channels::default(),
             chunks: Vec::new(),
@@ -416,7 +419,7 @@ impl Recording {
             let position = (self.parts.len(), offset);
             self.attached.entry(name).or_insert(position);
         }
-        let is_named = number.is_some() && !(is_whole && path == self.path);
+        let is_named = number.is_some() && !(is_whole && self.is_alone);
         self.add_damage(path, found.damage, is_named);
         self.parts.push(Part {
             path: path.to_owned(),

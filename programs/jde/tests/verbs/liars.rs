@@ -301,6 +301,7 @@ fn texts_of_an_application_forge_neither_lines_nor_colours() {
         schema: Some(text()),
         by: None,
         text: text(),
+        data: None,
     };
     events.push(unknown.at(0).into());
     events.push(RunRecord::State(StateChange {

@@ -67,7 +67,7 @@ pub(crate) fn what(time: Nanos, message: &EventMessage) -> Option<What<String>> 
                 process: resources(files, memory)?,
             })
         }
-        "late" | "delayed" => takeover(schema()?, text),
+        "late" | "delayed" => takeover(schema()?, text, message.kind == "late"),
         "chatters" => {
             let [group, first, second, switches] =
                 words("{} chatters between {} and {}: {} switches within a second", text)?;
@@ -131,20 +131,28 @@ pub(crate) fn what(time: Nanos, message: &EventMessage) -> Option<What<String>> 
     }
 }
 
-fn takeover(schema: String, text: &str) -> Option<What<String>> {
+fn takeover(schema: String, text: &str, is_late: bool) -> Option<What<String>> {
     let (text, machine) = match words("{}; the machine began turns {} ms late", text) {
         Some([text, late]) => (text, ms(late)?),
         None => (text, 0),
     };
     let [group, latency, allowed] =
         words("took over in {} after {} ms, and its contract allows {} ms", text)?;
+    let (latency, allowed) = (ms(latency)?, ms(allowed)?);
+    // They were told in whole us, and the kind from ns.
+    let most = allowed.saturating_add(machine);
+    let latency = if is_late {
+        latency.max(most.saturating_add(1))
+    } else {
+        latency.min(most)
+    };
     Some(What::TookOver {
         group: group.to_owned(),
         // It was not told.
         record: 0,
         schema,
-        latency: ms(latency)?,
-        allowed: ms(allowed)?,
+        latency,
+        allowed,
         machine,
     })
 }

@@ -223,6 +223,11 @@ fn an_event_of_a_later_version_keeps_its_words() {
     };
     let event = Occurrence::try_from(message).expect("it has a time");
     assert_eq!(event.to_string(), "goon melted: it melted");
+    let passed_on = EventMessage::from(&event);
+    assert_eq!(
+        passed_on.data,
+        Some(serde_json::json!({ "melted": { "schema": "goon" } }))
+    );
     let json = serde_json::to_vec(&event).expect("it is JSON");
     let again: Occurrence<String> = serde_json::from_slice(&json).expect("it is an event");
     assert_eq!(again, event);

@@ -234,6 +234,8 @@ pub enum What<N = usize> {
         by: Option<String>,
         /// Its description.
         text: String,
+        /// Its data, if it has any, which is passed on as it is.
+        data: Option<serde_json::Value>,
     },
 }
 

@@ -154,11 +154,13 @@ impl Names {
                 schema,
                 by,
                 text,
+                data,
             } => What::Unknown {
                 kind,
                 schema: schema.map(name),
                 by,
                 text,
+                data,
             },
         }
     }
