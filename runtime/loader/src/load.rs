@@ -157,7 +157,7 @@ impl LoadedPlugin {
         let symbol_size = table_symbol_size(file)?;
         crate::forked::watch();
         // SAFETY: the file is a complete library for this machine; loading it includes its constructors.
-        let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
+        let library = crate::forked::call(|| unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) })
             .map_err(|error| LoadError::System(loader_message(&error, file, path)))?;
         // SAFETY: the symbol is there; its type is checked below before it is used as a table.
         let table = unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL.as_bytes()) }
