@@ -10,16 +10,14 @@
  *   minor version that introduced it is refused.
  * - A writer of a table that the other side lent (jde_precondition, jde_verdict, jde_child_status) fills in
  *   no more than its `size`, and does not change that `size`.
- * - A function that a later minor version introduced is beyond the `size` of an older host, or null: check
- *   before use.
+ * - A function of a later minor version is beyond the `size` of an older host, or null: check before use.
  * - A host accepts plugins of every minor version of its major one, older and newer. It ignores unknown
  *   fields and flags, and refuses unknown kinds with a message.
  * - Only jde_sample states no size, because it is filled in at every read. Its 40 bytes never change.
  *   Further data of a value would have a function of its own.
  * - A table of a plugin, and all it points to, stays unchanged until the process ends (libraries are never
  *   unmapped).
- * - Texts are UTF-8 and end with a NUL. A null text pointer means an empty text.
- * - The side that allocates memory frees it.
+ * - Texts are UTF-8 and end with a NUL; a null one is empty. The side that allocates memory frees it.
  * - No function unwinds: a panic or an exception is caught on the side where it arose.
  * - Calls of one instance never overlap, but may come from different threads one after another.
  *
@@ -45,7 +43,7 @@ extern "C" {
  * Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
  * version and older; later ones accept all.
  */
-#define JDE_ABI_MINOR 8u
+#define JDE_ABI_MINOR 9u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -127,6 +125,15 @@ extern "C" {
  * next awakening (R8).
  */
 #define JDE_FIXED 4u
+/** Modulation flag: where the sensor of the imports of measurements is on the base. All that read a sensor state the same. */
+#define JDE_MOUNT 16u
+/** Modulation flag: a distance that the schema keeps from obstacles. That of a guard is the least. */
+#define JDE_MARGIN 32u
+/**
+ * Modulation flag: the greatest speed (m/s), turn rate (rad/s), or change of one (m/s2, rad/s2), that the schema asks of the
+ * base, or by which its guard expects the base to brake. No schema asks for more than its driver and its guard state.
+ */
+#define JDE_LIMIT 64u
 /**
  * Child flag, only for the last child: any number of motor children, which the application names and groups,
  * numbered from this one on.
@@ -566,6 +573,11 @@ struct jde_port {
     uint32_t choice_count;
     /** 0. */
     uint32_t reserved;
+    /**
+     * The name that a modulation had before, by which application files and options are still read, with a warning; no
+     * other port of the type has it. Null for none. Since minor version 9.
+     */
+    const char *former_name;
 };
 
 /** A role that a schema type has for a child. The application binds an instance to it. */
@@ -1158,7 +1170,7 @@ struct jde_turns {
 /** A jde_port of a kind. Fields that a kind does not use are NULL, JDE_UNBOUNDED or 0. */
 #define JDE_PORT(kind, name, doc, unit, type, initial, min, max, validity_ns, flags, child, choices, choice_count)      \
     {(uint32_t)sizeof(jde_port), kind, name, doc, unit, &(type), initial, min, max, validity_ns, flags, child, choices, \
-     choice_count, 0u}
+     choice_count, 0u, 0}
 /** A jde_port that reads a variable of another schema; `type` is a jde_type. */
 #define JDE_PORT_IMPORT(name, doc, type, flags) \
     JDE_PORT(JDE_IMPORT, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u, NULL, 0u)
@@ -1264,7 +1276,7 @@ static inline Result jde_guarded(const jde_host *host, jde_context *context, Res
     } catch (const std::exception &thrown) {
         host->fail(context, thrown.what(), strlen(thrown.what()));
     } catch (...) {
-        static const char reason[] = "it threw what is no std::exception";
+        static const char reason[] = "it threw something that is not a std::exception";
         host->fail(context, reason, sizeof reason - 1u);
     }
     return fallback;

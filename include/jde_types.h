@@ -642,26 +642,30 @@ static const jde_type jde_start_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_start_fields), "jde_msgs/msg/Start", "An optional pose at which a robot starts, in a form for files: `[[3.55, 1.6, \"90 deg\"]]`, or `[]` for none.",
     sizeof(jde_start), 8u, jde_start_fields};
 
-/** jde_msgs/msg/Target: An optional target position. */
+/** jde_msgs/msg/Target: An optional target: a place, or a pose if its heading counts. */
 typedef struct jde_target {
-    /** The position, in the frame of the odometry. Its heading is not used. */
+    /** The position and the heading, in the frame of the odometry. */
     jde_pose2d pose;
     /** Whether there is a target. */
     uint8_t set;
-    uint8_t padding_25[7];
+    /** Whether its heading counts. Otherwise the robot may face anywhere. */
+    uint8_t has_heading;
+    uint8_t padding_26[6];
 } jde_target;
 
 typedef char jde_target_has_its_size[sizeof(jde_target) == 32 ? 1 : -1];
 
 static const jde_field jde_target_fields[] = {
     JDE_FIELD("pose", offsetof(jde_target, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
-              "The position, in the frame of the odometry. Its heading is not used.", "", &jde_pose2d_type),
+              "The position and the heading, in the frame of the odometry.", "", &jde_pose2d_type),
     JDE_FIELD("set", offsetof(jde_target, set), 0u, JDE_BOOL, JDE_ONE, 1u,
               "Whether there is a target.", "", NULL),
-    JDE_FIELD("_", offsetof(jde_target, padding_25), 0u, JDE_U8, JDE_PADDING, 7u, "", "", NULL),
+    JDE_FIELD("has_heading", offsetof(jde_target, has_heading), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether its heading counts. Otherwise the robot may face anywhere.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_target, padding_26), 0u, JDE_U8, JDE_PADDING, 6u, "", "", NULL),
 };
 static const jde_type jde_target_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_target_fields), "jde_msgs/msg/Target", "An optional target position.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_target_fields), "jde_msgs/msg/Target", "An optional target: a place, or a pose if its heading counts.",
     sizeof(jde_target), 8u, jde_target_fields};
 
 /** jde_msgs/msg/Footprint: The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`. */

@@ -1,5 +1,5 @@
 //! Measures jde against the best alternatives in the same run, and prints one table. `cargo xtask bench`
-//! builds everything and starts this program. `docs/performance.md` describes each row. A row that cannot be
+//! builds everything and starts this program. `docs/figures/performance.md` describes each row. A row that cannot be
 //! measured is a failure; a missed goal is not, since people evaluate the figures.
 
 mod bare;

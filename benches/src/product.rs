@@ -1,6 +1,6 @@
 //! Starts the executable as users have it, in a private folder. Builds nothing.
 
-use std::fs::{DirBuilder, File};
+use std::fs::{self, DirBuilder, File};
 use std::io::{Seek as _, Write as _};
 use std::os::unix::fs::DirBuilderExt;
 use std::path::Path;
@@ -49,4 +49,14 @@ pub(crate) fn run_with_input(command: &mut Command, text: &str) -> Result<String
 /// Opens `/dev/null`, for output that is not needed.
 pub(crate) fn null_device() -> Result<File> {
     Ok(File::options().write(true).open("/dev/null")?)
+}
+
+/// Returns the processor time of all child processes that have ended, s.
+pub(crate) fn children_processor_time() -> Result<f64> {
+    let text = fs::read_to_string("/proc/self/stat")?;
+    // The name may contain blanks; the rest does not.
+    let (_, rest) = text.rsplit_once(')').context("stat has no name")?;
+    let fields: Vec<&str> = rest.split_whitespace().collect();
+    let ticks: u64 = fields[13].parse::<u64>()? + fields[14].parse::<u64>()?;
+    Ok(ticks as f64 / rustix::param::clock_ticks_per_second() as f64)
 }

@@ -11,6 +11,8 @@ use jde_ros::cdr;
 mod carmen;
 #[path = "../../devices/p2os/tests/it/checks.rs"]
 mod checks;
+#[path = "../../drivers/lidar/src/checks.rs"]
+mod lidar;
 #[path = "../../observe/link/tests/link/checks.rs"]
 mod link;
 #[path = "../../drivers/carmen/src/log/mod.rs"]
@@ -23,8 +25,24 @@ mod player;
 mod recordings;
 #[path = "../../robotics/sim/tests/it/checks.rs"]
 mod sim;
+#[path = "../../drivers/lidar/src/turn.rs"]
+mod turn;
 #[path = "../../robotics/vision/tests/it/checks.rs"]
 mod vision;
+
+/// The readers of LDRobot's lidars.
+#[path = "../../drivers/lidar/src/ld"]
+mod ld {
+    pub(crate) mod frame;
+}
+
+/// The readers of SLAMTEC's lidars.
+#[expect(dead_code, reason = "the driver also writes")]
+#[path = "../../drivers/lidar/src/rplidar"]
+mod rplidar {
+    pub(crate) mod message;
+    pub(crate) mod samples;
+}
 
 /// Checks the reader of calibrations of cameras with a file.
 pub fn calibration(data: &[u8]) {
@@ -99,6 +117,12 @@ pub fn import(data: &[u8]) {
 /// Checks the reader of CARMEN's logs with arbitrary bytes.
 pub fn carmen_log(data: &[u8]) {
     carmen::log(data);
+}
+
+/// Checks the readers of serial lidars with a stream of bytes.
+pub fn lidar(data: &[u8]) {
+    lidar::ld(data);
+    lidar::rplidar(data);
 }
 
 /// No plugins.

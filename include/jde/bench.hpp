@@ -153,7 +153,7 @@ public:
         if (verdict.child >= 0 && std::none_of(candidates.begin(), candidates.end(), [&](const jde_candidate &candidate) {
                 return candidate.child == static_cast<std::uint32_t>(verdict.child);
             })) {
-            throw std::logic_error("it chose child " + std::to_string(verdict.child) + ", which is no candidate of `" + group + "`");
+            throw std::logic_error("it chose child " + std::to_string(verdict.child) + ", which is not a candidate of `" + group + "`");
         }
         return {verdict.child < 0 ? "" : state_.children[static_cast<std::size_t>(verdict.child)].table.name, verdict.reason};
     }

@@ -50,8 +50,11 @@ inline Pose2D pose2d(const Odometry &odometry) noexcept
     return {pose.position.x, pose.position.y, yaw(pose.orientation)};
 }
 
-/** The target at a position. */
-constexpr Target target_at(const Pose2D &pose) noexcept { return {pose, 1, {}}; }
+/** The target at a position, with any heading. */
+constexpr Target target_at(const Pose2D &pose) noexcept { return {pose, 1, 0, {}}; }
+
+/** The target at a position with this heading. */
+constexpr Target target_facing(const Pose2D &pose) noexcept { return {pose, 1, 1, {}}; }
 
 /** The hit of a laser beam, in the frame of the scanner. */
 struct LaserPoint {

@@ -65,7 +65,7 @@ std::int32_t guarded(const jde_host &host, jde_context *cx, Body body) noexcept
         fail(failure.what());
         return JDE_FAILED;
     } catch (...) {
-        fail("it threw what is no std::exception");
+        fail("it threw something that is not a std::exception");
         return JDE_PANICKED;
     }
 }
@@ -267,7 +267,7 @@ struct Tables {
         } catch (const std::exception &failure) {
             judgement.reason = failure.what();
         } catch (...) {
-            judgement.reason = "it threw what is no std::exception";
+            judgement.reason = "it threw something that is not a std::exception";
         }
         out->accepted = judgement.accepted ? 1 : 0;
         cut(out->reason, judgement.reason);

@@ -61,6 +61,15 @@ inline constexpr struct Trigger {
 /** The application may leave it unbound. */
 inline constexpr struct Optional {
 } optional;
+/** The modulation states where the sensor is on the base. */
+inline constexpr struct SensorMount {
+} mount;
+/** The modulation is a distance that the schema keeps from obstacles. */
+inline constexpr struct Margin {
+} margin;
+/** The modulation is the greatest speed, turn rate, or change of one, that the schema asks of the base. */
+inline constexpr struct Limit {
+} limit;
 /** The modulation is read when the schema awakes, and kept until it sleeps (R8). */
 inline constexpr struct Fixed {
 } fixed;
@@ -76,6 +85,11 @@ struct validity {
 struct unit {
     const char *symbol;
     constexpr explicit unit(const char *symbol) noexcept : symbol(symbol) {}
+};
+/** The name that a modulation had in the version before, which files and options may still use. */
+struct was {
+    const char *name;
+    constexpr explicit was(const char *name) noexcept : name(name) {}
 };
 /** The least allowed number of a modulation. */
 struct min {
@@ -108,7 +122,7 @@ public:
 protected:
     constexpr Port(Ports &owner, std::uint32_t kind, const char *name, const char *doc, const jde_type &type) noexcept
         : owner_(owner), previous_(owner.last_port_), number_(owner.port_count_),
-          table_{sizeof(jde_port), kind, name, doc, "", &type, nullptr, nan, nan, 0, 0, 0, nullptr, 0, 0}
+          table_{sizeof(jde_port), kind, name, doc, "", &type, nullptr, nan, nan, 0, 0, 0, nullptr, 0, 0, nullptr}
     {
         owner.last_port_ = this;
         owner.port_count_++;
@@ -118,7 +132,11 @@ protected:
     constexpr void set(Optional) noexcept { table_.flags |= JDE_OPTIONAL; }
     constexpr void set(Lasting) noexcept { table_.validity_ns = JDE_LASTING; }
     constexpr void set(validity validity) noexcept { table_.validity_ns = validity.nanoseconds; }
+    constexpr void set(SensorMount) noexcept { table_.flags |= JDE_MOUNT; }
+    constexpr void set(Margin) noexcept { table_.flags |= JDE_MARGIN; }
+    constexpr void set(Limit) noexcept { table_.flags |= JDE_LIMIT; }
     constexpr void set(Fixed) noexcept { table_.flags |= JDE_FIXED; }
+    constexpr void set(was former) noexcept { table_.former_name = former.name; }
     constexpr void set(unit unit) noexcept { table_.unit = unit.symbol; }
     constexpr void set(min least) noexcept { table_.min = least.value; }
     constexpr void set(max greatest) noexcept { table_.max = greatest.value; }
@@ -293,8 +311,8 @@ public:
     constexpr Modulation(Ports &owner, const char *name, const char *doc, T initial, Options... options) noexcept
         : Port(owner, JDE_MODULATION, name, doc, detail::type_of<T>()), initial_(detail::wire(initial))
     {
-        static_assert((detail::is_one_of<Options, unit, min, max, Fixed> && ...),
-                      "a modulation takes jde::unit, jde::min, jde::max and jde::fixed");
+        static_assert((detail::is_one_of<Options, unit, min, max, SensorMount, Margin, Limit, Fixed, was> && ...),
+                      "a modulation takes jde::unit, jde::min, jde::max, jde::mount, jde::margin, jde::limit, jde::fixed and jde::was");
         static_assert(std::is_arithmetic_v<T> || !(detail::is_one_of<Options, min, max> || ...),
                       "only a number has limits: jde::min and jde::max");
         table_.initial = &initial_;

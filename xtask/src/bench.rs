@@ -17,15 +17,15 @@ const FOLDER: &str = "benches";
 
 /// The files with the figures and with the page that shows them.
 const TABLE: &str = "benches/table.json";
-const PAGE: &str = "docs/performance.md";
+const PAGE: &str = "docs/figures/performance.md";
 /// The page with the figures of ROS 2, and the sources of the programs that they are compared with.
-const ROS2_PAGE: &str = "docs/drivers/ros2-figures.md";
+const ROS2_PAGE: &str = "docs/figures/ros2.md";
 const ROS2_PEERS: &str = "benches/peers/ros2";
 
-/// The Python package that the rows of [`COMPARED`] compare with.
+/// The Python package that the rows of [`COMPARED_ROWS`] compare with.
 const PACKAGE: &str = "ir-sim==2.12.0";
 const IMPORT: &str = "import irsim";
-const COMPARED: [&str; 2] = ["experiment", "laser"];
+const COMPARED_ROWS: [&str; 2] = ["experiment", "laser"];
 
 /// The options of a measurement.
 #[derive(Args)]
@@ -43,7 +43,7 @@ pub(crate) struct Choice {
     #[arg(long)]
     quick: bool,
     /// Save the table and the description of the machine as JSON. Without a name, write benches/table.json
-    /// and the table in docs/performance.md.
+    /// and the table in docs/figures/performance.md.
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     save: Option<Option<PathBuf>>,
 }
@@ -148,7 +148,7 @@ fn python(target: &Path, paint: Paint) -> Result<PathBuf> {
 impl Choice {
     /// Returns whether a row that compares with the package is measured.
     fn needs_python(&self) -> bool {
-        self.row.is_empty() || self.row.iter().any(|row| COMPARED.contains(&row.as_str()))
+        self.row.is_empty() || self.row.iter().any(|row| COMPARED_ROWS.contains(&row.as_str()))
     }
 
     /// Returns whether the table of the project is replaced.
@@ -216,7 +216,7 @@ mod tests {
             "--save",
             "root/benches/table.json",
             "--page",
-            "root/docs/performance.md",
+            "root/docs/figures/performance.md",
         ];
         assert_eq!(
             saved(&choice(&[], false, Some(None))),

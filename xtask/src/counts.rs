@@ -96,7 +96,7 @@ fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) ->
         }
     }
     let gone = kept.keys().filter(|path| !counted.contains_key(*path));
-    faults.extend(gone.map(|path| format!("{BASELINE_FILE} has `{path}`, which is no path any more")));
+    faults.extend(gone.map(|path| format!("{BASELINE_FILE} has `{path}`, which is not a path any more")));
     faults
 }
 
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(found.len(), 2);
         assert!(found[0].starts_with("`new` takes 2 instructions"), "{found:?}");
         assert!(
-            found[1].contains("`gone`, which is no path any more"),
+            found[1].contains("`gone`, which is not a path any more"),
             "{found:?}"
         );
     }

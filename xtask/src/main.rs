@@ -15,6 +15,7 @@ mod manual;
 mod metadata;
 mod package;
 mod paint;
+mod parameters;
 mod peers;
 mod player;
 mod prerequisites;
@@ -58,13 +59,15 @@ enum Verb {
         #[arg(long)]
         check: bool,
     },
+    /// Renew docs/parameters.md, our parameters beside those of others, from the development build.
+    Parameters,
     /// Count the instructions of the hot paths, and compare them with the expected counts.
     Counts {
         /// Save these counts as the expected ones.
         #[arg(long)]
         renew: bool,
     },
-    /// Measure jde against the best alternatives in the same run, and print one table (docs/performance.md).
+    /// Measure jde against the best alternatives in the same run, and print one table (docs/figures/performance.md).
     Bench(bench::Choice),
     /// Make packages for machines without Rust, under target/package (docs/installing.md).
     Package(package::Choice),
@@ -162,6 +165,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Tidy => tidy::run(&root)?,
         Verb::Headers { check: false } => headers::renew(&root)?,
         Verb::Headers { check: true } => headers::check(&root)?,
+        Verb::Parameters => parameters::renew(&root)?,
         Verb::Counts { renew: false } => counts::check(&root, paint)?,
         Verb::Counts { renew: true } => counts::renew(&root, paint)?,
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),

@@ -31,6 +31,8 @@ pub(crate) struct Package {
     pub(crate) repository: Option<String>,
     #[serde(default)]
     pub(crate) dependencies: Vec<Dependency>,
+    #[serde(default)]
+    pub(crate) features: BTreeMap<String, Vec<String>>,
 }
 
 /// One line of a `[dependencies]` table.

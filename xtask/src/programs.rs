@@ -16,7 +16,7 @@ use crate::shell;
 use crate::test::Context;
 
 /// Programs that measure how long their schemas hang: they run first and alone.
-const ALONE: &[&str] = &["conformance"];
+const RUN_ALONE: &[&str] = &["conformance"];
 
 /// The programs that take longest start first, each with the number of tests that it runs at once; otherwise
 /// the last one would run alone. Those that mostly wait for robots run more tests than there are cores.
@@ -133,7 +133,7 @@ impl Program {
             title: format!("{} {}", folder.display(), self.name),
             command,
             place: match rank {
-                _ if ALONE.contains(&self.name.as_str()) => Place::First,
+                _ if RUN_ALONE.contains(&self.name.as_str()) => Place::First,
                 Some(rank) => Place::Ranked(rank),
                 None => Place::Unranked,
             },

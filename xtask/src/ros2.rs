@@ -24,7 +24,7 @@ const PEER: &str = "drivers/ros2/tests/peers/ros2_peer.py";
 /// The tools of ROS 2, which list, show and drive a robot of jde.
 const TOOLS: &str = "drivers/ros2/tests/peers/ros2_tools.py";
 /// Succeeds where ROS 2 with its Zenoh middleware is sourced.
-const SOURCED: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
+const SOURCED_CHECK: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
 /// An application with both ends of an action.
 const ACTIONS: &str = "examples/ros2/fibonacci/app.toml";
 /// The schemas of `ros2-arbiter` that connect.
@@ -78,7 +78,7 @@ pub(crate) fn step(context: &Context) -> Result<StepOutcome> {
 
 /// Whether ROS 2 with its Zenoh middleware is sourced.
 pub(crate) fn is_sourced() -> bool {
-    shell::succeeds(Command::new("sh").args(["-c", SOURCED]))
+    shell::succeeds(Command::new("sh").args(["-c", SOURCED_CHECK]))
 }
 
 /// What the addresses of drivers begin with in this terminal.

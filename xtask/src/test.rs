@@ -13,8 +13,8 @@ use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
 use crate::{
-    clusters, demo, extending, headers, lints, manual, package, peers, prerequisites, pytest, ros2, shell,
-    tidy, tutorial, valgrind,
+    clusters, demo, extending, headers, lints, manual, package, parameters, peers, prerequisites, pytest,
+    ros2, shell, tidy, tutorial, valgrind,
 };
 
 /// The context of every step.
@@ -135,6 +135,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: demo::run,
+    },
+    Step {
+        name: "parameters",
+        title: "the page of parameters matches the plugins",
+        help: "run `cargo xtask parameters` and review the changes",
+        is_heavy: true,
+        needs: &["build"],
+        run: parameters::step,
     },
     Step {
         name: "peers",

@@ -26,7 +26,7 @@ const LANGUAGES: &[&str] = &["rust", "python", "cpp"];
 /// The limit of each command: ten times what the slowest takes, a build.
 const PATIENCE: Duration = Duration::from_secs(600);
 /// What stands for any lines or any text.
-const ANY: &str = "...";
+const ANY_TEXT: &str = "...";
 
 /// Something that a page tells the reader to do.
 #[derive(Debug, PartialEq, Eq)]
@@ -191,7 +191,7 @@ impl Reader {
 fn fits(shown: &[&str], lines: &[&str]) -> bool {
     match (shown, lines) {
         ([], []) => true,
-        ([ANY, later @ ..], _) => (0..=lines.len()).any(|skipped| fits(later, &lines[skipped..])),
+        ([ANY_TEXT, later @ ..], _) => (0..=lines.len()).any(|skipped| fits(later, &lines[skipped..])),
         ([first, later @ ..], [line, rest @ ..]) => line_fits(first, line) && fits(later, rest),
         _ => false,
     }
@@ -199,7 +199,7 @@ fn fits(shown: &[&str], lines: &[&str]) -> bool {
 
 /// Whether a line is one that a page shows.
 fn line_fits(shown: &str, line: &str) -> bool {
-    let mut parts = shown.trim_end().split(ANY);
+    let mut parts = shown.trim_end().split(ANY_TEXT);
     let first = parts.next().unwrap_or_default();
     let Some(mut rest) = line.trim_end().strip_prefix(first) else {
         return false;
@@ -252,18 +252,18 @@ mod tests {
         let lines = ["one 1.5 s", "", "two"];
         for shown in [
             &["one 1.5 s", "", "two"][..],
-            &["one ... s", ANY],
-            &[ANY, "two"],
-            &[ANY, "", ANY],
-            &[ANY],
+            &["one ... s", ANY_TEXT],
+            &[ANY_TEXT, "two"],
+            &[ANY_TEXT, "", ANY_TEXT],
+            &[ANY_TEXT],
         ] {
             assert!(fits(shown, &lines), "{shown:?}");
         }
         for shown in [
             &["one 1.5 s"][..],
-            &["one ... m", ANY],
-            &[ANY, "three"],
-            &["two", ANY],
+            &["one ... m", ANY_TEXT],
+            &[ANY_TEXT, "three"],
+            &["two", ANY_TEXT],
             &[],
         ] {
             assert!(!fits(shown, &lines), "{shown:?}");

@@ -66,7 +66,7 @@ pub fn read_text(path: &Path, most: u64) -> Result<String> {
 pub fn open(path: &Path) -> Result<File> {
     // A pipe would wait for its writer.
     if !std::fs::metadata(path)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "it is no regular file"));
+        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file"));
     }
     File::open(path)
 }
@@ -116,8 +116,11 @@ mod tests {
         std::fs::write(&path, [0; 2049]).unwrap();
         assert_eq!(read(&path, 2049).unwrap().len(), 2049);
         assert_eq!(message(read(&path, 2048)), "it has more than 2 KiB");
-        assert_eq!(message(read(Path::new("/dev/zero"), 10)), "it is no regular file");
-        assert_eq!(message(read(folder.path(), 10)), "it is no regular file");
+        assert_eq!(
+            message(read(Path::new("/dev/zero"), 10)),
+            "it is not a regular file"
+        );
+        assert_eq!(message(read(folder.path(), 10)), "it is not a regular file");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use jde_motion::Surroundings;
+use jde_motion::{BaseDynamics, Surroundings};
 use jde_schema::prelude::*;
 use jde_schema::types::{Footprint, Point2D};
 
@@ -53,10 +53,13 @@ pub fn surroundings() -> Surroundings {
         footprint: Footprint::circle(0.25),
         reaction: 0.15,
         margin: 0.05,
-        acceleration: 0.3,
-        deceleration: 0.3,
-        turn_acceleration: 1.0,
-        turn_deceleration: 1.0,
+        dynamics: BaseDynamics {
+            acceleration: 0.3,
+            deceleration: 0.3,
+            turn_acceleration: 1.0,
+            turn_deceleration: 1.0,
+            lag: 0.0,
+        },
         ..Surroundings::default()
     };
     let points = around.points.resize(BEAMS as usize);

@@ -45,7 +45,8 @@ impl Level {
                 "roots",
                 None,
                 (0..candidates).map(SchemaId).collect(),
-            )],
+            )]
+            .into(),
         };
         let hierarchy = Hierarchy::new(spec).map_err(|faults| anyhow!("{faults:?}"))?;
         let mut level = Self {
@@ -56,7 +57,7 @@ impl Level {
             last: SchemaId(candidates - 1),
             ready: true,
         };
-        level.hierarchy.start(0, &mut level.effects);
+        level.hierarchy.at(0, &mut level.effects).start();
         for number in 0..candidates {
             level.check(SchemaId(number), number >= winner);
         }
@@ -70,9 +71,9 @@ impl Level {
     /// If the rules do not permit the iteration, or leave no record.
     pub fn iterate(&mut self) {
         self.time += MS;
-        let permitted = self.hierarchy.begin(self.time, self.winner, &mut self.effects);
+        let permitted = self.hierarchy.at(self.time, &mut self.effects).begin(self.winner);
         assert!(permitted, "the winner must be permitted to iterate");
-        self.hierarchy.end(self.time, self.winner, &mut self.effects);
+        self.hierarchy.at(self.time, &mut self.effects).end(self.winner);
         self.check_record();
     }
 
@@ -93,7 +94,7 @@ impl Level {
             urgency: 0.0,
             cause: self.time,
         };
-        self.hierarchy.checked(self.time, id, check, &mut self.effects);
+        self.hierarchy.at(self.time, &mut self.effects).checked(id, check);
     }
 
     /// Checks that the selection left a record, and discards all effects.

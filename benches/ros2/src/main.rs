@@ -1,5 +1,5 @@
 //! Measures the drivers of ROS 2 beside programs of ROS 2, and prints one table.
-//! `cargo xtask bench --ros2` builds everything and starts this program. `docs/drivers/ros2-figures.md` describes each row.
+//! `cargo xtask bench --ros2` builds everything and starts this program. `docs/figures/ros2.md` describes each row.
 
 mod arrivals;
 mod programs;

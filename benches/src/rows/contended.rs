@@ -82,7 +82,7 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
         ),
         Line::new(
             format!(
-                "reads of {size} of whoever had fewest in {} ms",
+                "reads of {size} by the slowest reader in {} ms",
                 several.time.as_millis()
             ),
             Figure::Count(all[0].fewest as f64),

@@ -30,6 +30,7 @@ const DIFFERENTIAL: Base = Base {
     turning_radius: 0.0,
     acceleration: 0.5,
     turn_acceleration: 2.0,
+    lag: 0.0,
 };
 
 /// A base that follows a path through a corridor.

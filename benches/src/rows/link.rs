@@ -54,7 +54,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         folder: folder.clone(),
         ..Settings::local("bench")
     };
-    let subject = Arc::new(jde_link::Running::new(running.handle(), title));
+    let subject = Arc::new(jde_link_host::Running::new(running.handle(), title));
     let _link = Link::open(&settings, subject, &events)?;
     let session = session(folder.path(), "listen")?;
     let publisher = |key: &'static str| {

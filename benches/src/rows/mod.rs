@@ -1,5 +1,6 @@
-//! The rows of the table, in its order. Each measures one claim, which `docs/performance.md` explains.
+//! The rows of the table, in its order. Each measures one claim, which `docs/figures/performance.md` explains.
 
+mod applications;
 mod authority;
 mod build;
 mod contended;
@@ -82,6 +83,11 @@ pub(crate) const ROWS: &[Row] = &[
     ),
     row("laser", "laser beams of the simulator", simulator::laser),
     row("demo", "the demonstration in lockstep", simulator::demo),
+    row(
+        "applications",
+        "the shipped applications in lockstep",
+        applications::run,
+    ),
     row(
         "control",
         "an iteration of a controller, a guard's judgement",

@@ -91,9 +91,9 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
         let _ = fs::remove_file(&file);
         command.arg("--record").arg(file);
     }
-    let before = children_processor_time()?;
+    let before = product::children_processor_time()?;
     product::read(&mut command)?;
-    let processor = children_processor_time()? - before;
+    let processor = product::children_processor_time()? - before;
     let times = fs::read_to_string(&notes).context("no times were recorded")?;
     let times = times
         .lines()
@@ -105,14 +105,4 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
         processor: 100.0 * processor / f64::from(seconds),
         late: after_the_earliest(&times, PERIOD),
     })
-}
-
-/// Returns the processor time of all child processes that have ended, s.
-fn children_processor_time() -> Result<f64> {
-    let text = fs::read_to_string("/proc/self/stat")?;
-    // The name may contain blanks; the rest does not.
-    let (_, rest) = text.rsplit_once(')').context("stat has no name")?;
-    let fields: Vec<&str> = rest.split_whitespace().collect();
-    let ticks: u64 = fields[13].parse::<u64>()? + fields[14].parse::<u64>()?;
-    Ok(ticks as f64 / rustix::param::clock_ticks_per_second() as f64)
 }

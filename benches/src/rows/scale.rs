@@ -110,7 +110,7 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
             Goal::Least(Figure::Speed(1.0)),
         ),
         Line::new(
-            "memory of each of them, all told",
+            "memory of each of them, everything included",
             Figure::Bytes(memory as f64 / awake as f64),
             Goal::ReportOnly,
         ),

@@ -38,7 +38,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
   cargo xtask faults --seed 7 --count 1000 --only lockstep
   cargo xtask faults --kind hang --kind crash
   cargo xtask faults --seed 7 --case real-time/hundred/12    one case again, and print its faults
-  cargo xtask faults --save docs/faults.md"
+  cargo xtask faults --save docs/figures/faults.md"
 )]
 struct Arguments {
     /// Seed of all random choices.

@@ -2,6 +2,7 @@
 //! the state of the connection.
 
 use core::time::Duration;
+use std::collections::VecDeque;
 
 use jde_schema::prelude::*;
 
@@ -22,11 +23,20 @@ pub trait Protocol: Sized {
     /// The data that the driver receives from the device.
     type Data;
 
+    /// Whether the signal DTR of a serial line stays on, as opening sets it. Some devices take it for a command.
+    const DTR: bool = true;
+
     /// Starts a session. `events` receives the first bytes to send.
     fn start(config: Self::Config, now: Duration, events: &mut Vec<Event<Self::Data>>) -> Self;
 
     /// Processes bytes, split anywhere, and the time. It is also called without any bytes.
     fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<Self::Data>>);
+
+    /// Goes on without a speed that the session asked for by [`Event::Baud`] and that the line lacks. Nothing of what
+    /// followed that event was done. A session that is searching for the device's speed tries another.
+    fn refuse_baud(&mut self, _now: Duration, events: &mut Vec<Event<Self::Data>>) {
+        events.push(Event::Disconnect("it needs another speed of the line".to_owned()));
+    }
 
     /// Returns whether the device has its configuration.
     fn is_ready(&self) -> bool;
@@ -61,6 +71,8 @@ pub struct Device<C: Protocol> {
     name: String,
     report: ConnectionReport,
     received: Vec<u8>,
+    /// Speeds that the session asked for and that the line lacks.
+    lacking: Vec<u32>,
 }
 
 impl<C: Protocol> Device<C> {
@@ -74,6 +86,7 @@ impl<C: Protocol> Device<C> {
             name: String::new(),
             report: ConnectionReport::default(),
             received: Vec::new(),
+            lacking: Vec::new(),
         }
     }
 
@@ -114,18 +127,39 @@ impl<C: Protocol> Device<C> {
         let mut events = Vec::new();
         let protocol = match &mut self.protocol {
             Some(protocol) => protocol,
-            none => none.insert(C::start(self.config.clone(), now, &mut events)),
+            none => {
+                if !C::DTR {
+                    self.port.clear_dtr();
+                }
+                self.lacking.clear();
+                none.insert(C::start(self.config.clone(), now, &mut events))
+            }
         };
         protocol.receive(&self.received, now, &mut events);
         let mut data = Vec::new();
-        for event in events {
+        let mut events = VecDeque::from(events);
+        while let Some(event) = events.pop_front() {
             match event {
-                Event::Send(bytes) => self.send(&bytes),
-                Event::Baud(baud) => self.port.set_baud(baud),
+                // A failure to send changes the state of the port.
+                Event::Send(bytes) => drop(self.port.write(&bytes)),
+                Event::Baud(baud) if self.port.set_baud(baud) => {}
+                Event::Baud(baud) => {
+                    self.lacking.push(baud);
+                    let mut instead = Vec::new();
+                    protocol.refuse_baud(now, &mut instead);
+                    events = instead.into();
+                }
                 Event::Ready(name) => self.name = name,
                 Event::Data(datum) => data.push(datum),
                 Event::Warn(message) => warn!(cx, "{message}"),
-                Event::Disconnect(reason) => self.port.disconnect_with(&reason),
+                Event::Disconnect(reason) if self.lacking.is_empty() || protocol.is_ready() => {
+                    self.port.disconnect_with(&reason);
+                }
+                Event::Disconnect(reason) => {
+                    let lacking = &self.lacking;
+                    let reason = format!("{reason} (the adapter lacks these speeds: {lacking:?})");
+                    self.port.disconnect_with(&reason);
+                }
             }
         }
         if !self.port.state().is_connected() {

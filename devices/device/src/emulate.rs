@@ -6,14 +6,15 @@ use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::os::fd::AsFd;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::port::Pty;
@@ -77,7 +78,7 @@ impl<E: Emulator> EmulatedDevice<E> {
                 if is_readable(&listener)
                     && let Ok((stream, _)) = listener.accept()
                 {
-                    let greeting = lock(emulator).connected();
+                    let greeting = emulator.lock().connected();
                     // If the client is gone already, serving it ends at once.
                     let _ = (&stream).write_all(&greeting);
                     serve(&stream, &stream, || Some(baud), emulator, stop);
@@ -89,7 +90,7 @@ impl<E: Emulator> EmulatedDevice<E> {
 
     /// Calls `access` with the emulator, between two of its replies.
     pub fn with<T>(&self, access: impl FnOnce(&mut E) -> T) -> T {
-        access(&mut lock(&self.emulator))
+        access(&mut self.emulator.lock())
     }
 
     fn run(emulator: E, serve: impl FnOnce(&Mutex<E>, &AtomicBool) + Send + 'static) -> Self {
@@ -190,10 +191,6 @@ fn connection<S>(bench: &Bench<S>) -> Connection {
     bench.exported("connection").unwrap_or_default()
 }
 
-fn lock<E>(emulator: &Mutex<E>) -> MutexGuard<'_, E> {
-    emulator.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// Returns whether bytes can be read, after waiting at most 2 ms.
 fn is_readable(source: impl AsFd) -> bool {
     let timeout = Timespec {
@@ -222,11 +219,11 @@ fn serve<E: Emulator>(
                 Ok(count) => {
                     opened = true;
                     let baud = baud().expect("a line has a speed");
-                    lock(emulator).receive(&buffer[..count], baud)
+                    emulator.lock().receive(&buffer[..count], baud)
                 }
             }
         } else {
-            lock(emulator).poll_output()
+            emulator.lock().poll_output()
         };
         if sink.write_all(&reply).is_err() {
             return;

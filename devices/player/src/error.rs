@@ -7,7 +7,7 @@ use crate::Device;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
     /// The first bytes are not those of a Player server.
-    #[error("it is no Player server: its first bytes are `{start}`")]
+    #[error("it is not a Player server: its first bytes are `{start}`")]
     Greeting {
         /// The bytes as text.
         start: String,

@@ -7,8 +7,9 @@
 //! for the whole workspace.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -17,7 +18,7 @@ use zenoh::sample::SampleKind;
 use zenoh::time::Timestamp;
 use zenoh::{Session, Wait};
 
-use crate::shared::{Shared, lock};
+use crate::shared::Shared;
 
 /// The parameter of a query that states the greatest number of messages.
 const MAX: &str = "_max";
@@ -45,7 +46,7 @@ impl Cache {
             .declare_queryable(&own_key)
             .callback(move |query| {
                 let max = query.parameters().get(MAX).and_then(|max| max.parse().ok());
-                let messages = lock(&messages).clone();
+                let messages = messages.lock().clone();
                 let skipped = messages.len().saturating_sub(max.unwrap_or(usize::MAX));
                 for (message, attachment, time) in messages.into_iter().skip(skipped) {
                     let reply = query.reply(&message_key, message).attachment(attachment);
@@ -66,7 +67,7 @@ impl Cache {
     /// Keeps a message and its attachment. Returns its time.
     pub(crate) fn keep(&self, message: ZBytes, attachment: ZBytes) -> Timestamp {
         let time = self.session.new_timestamp();
-        let mut newest = lock(&self.newest);
+        let mut newest = self.newest.lock();
         if newest.len() >= self.depth {
             newest.pop_front();
         }

@@ -1,5 +1,5 @@
 //! A ROS 2 node over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: its names and keys, its
-//! session, and the clocks of both sides. It knows no schema and no application.
+//! session, the clocks of both sides, and the messages, services and actions of ROS 2. It knows no schema and no application.
 
 #![deny(missing_docs)]
 
@@ -9,6 +9,8 @@ mod attachment;
 mod clock;
 mod declare;
 mod error;
+pub mod hash;
+pub mod interface;
 mod keys;
 mod latched;
 pub mod names;

@@ -2,10 +2,10 @@
 //! end; and another session of this process is no other program. A schema with a process of its own is not known here.
 
 use std::collections::{BTreeSet, VecDeque};
-use std::sync::Mutex;
+
+use parking_lot::Mutex;
 
 use crate::attachment::Gid;
-use crate::shared::lock;
 
 /// The number of sessions that are remembered. The tokens of one that has ended may be seen for some seconds.
 const SESSIONS: usize = 256;
@@ -19,25 +19,25 @@ pub(crate) struct OwnCommands(Gid);
 
 impl OwnCommands {
     pub(crate) fn of(publication: Gid) -> Self {
-        lock(&PUBLICATIONS).insert(publication);
+        PUBLICATIONS.lock().insert(publication);
         Self(publication)
     }
 
     /// Whether a publication is one of this process.
     pub(crate) fn contain(publication: Gid) -> bool {
-        lock(&PUBLICATIONS).contains(&publication)
+        PUBLICATIONS.lock().contains(&publication)
     }
 }
 
 impl Drop for OwnCommands {
     fn drop(&mut self) {
-        lock(&PUBLICATIONS).remove(&self.0);
+        PUBLICATIONS.lock().remove(&self.0);
     }
 }
 
 /// Remembers a session of this process by its identifier.
 pub(crate) fn remember_session(id: String) {
-    let mut opened = lock(&OPENED);
+    let mut opened = OPENED.lock();
     if opened.len() >= SESSIONS {
         opened.pop_front();
     }
@@ -46,5 +46,5 @@ pub(crate) fn remember_session(id: String) {
 
 /// Whether a session is one of this process.
 pub(crate) fn is_own_session(id: &str) -> bool {
-    lock(&OPENED).iter().any(|own| own == id)
+    OPENED.lock().iter().any(|own| own == id)
 }

@@ -6,9 +6,9 @@
 //! drops messages at once until there is one (`wait_before_drop`). After one that took long, the owner leaves sending to the
 //! thread.
 
-use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
+use parking_lot::{Mutex, MutexGuard};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::pubsub::Publisher;
@@ -17,7 +17,6 @@ use crate::attachment::{Gid, attachment_now};
 use crate::keys::BATCH_BYTES;
 use crate::latched::Cache;
 use crate::own::OwnCommands;
-use crate::shared::lock;
 
 /// The size up to which the owner sends, bytes.
 const SMALL: usize = BATCH_BYTES / 2;
@@ -52,21 +51,17 @@ pub(crate) struct DeclaredPublisher {
 impl Publishers {
     /// Sets the publishers of a session.
     pub(crate) fn set(&self, publishers: Vec<DeclaredPublisher>) {
-        lock(&self.0).publishers = publishers;
+        self.0.lock().publishers = publishers;
     }
 
     /// For the thread of the node: waits until the owner has sent.
     pub(crate) fn wait(&self) -> MutexGuard<'_, Sending> {
-        lock(&self.0)
+        self.0.lock()
     }
 
     /// For the owner: none if the thread sends, or if it shall send this message.
     pub(crate) fn at_once(&self, message: &[u8]) -> Option<MutexGuard<'_, Sending>> {
-        let sending = match self.0.try_lock() {
-            Ok(sending) => sending,
-            Err(TryLockError::Poisoned(error)) => error.into_inner(),
-            Err(TryLockError::WouldBlock) => return None,
-        };
+        let sending = self.0.try_lock()?;
         let is_ready = !sending.publishers.is_empty() && message.len() <= SMALL;
         (is_ready && !sending.is_left_to_thread()).then_some(sending)
     }

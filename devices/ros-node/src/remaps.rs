@@ -104,7 +104,7 @@ impl FromStr for Rule {
     fn from_str(text: &str) -> Result<Self, String> {
         let (left, to) = text
             .split_once(":=")
-            .ok_or_else(|| format!("`{text}` is no rule; expected FROM:=TO, or NODE:FROM:=TO"))?;
+            .ok_or_else(|| format!("`{text}` is not a rule; expected FROM:=TO, or NODE:FROM:=TO"))?;
         let (node, from) = match left.split_once(':') {
             Some((node, from)) => (Some(names::node(node, "")?), from),
             None => (None, left),

@@ -2,11 +2,12 @@
 //! own; those to the others are taken from each service in turn, so that a flood of one delays no other.
 
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
+use parking_lot::{Condvar, Mutex, MutexGuard};
+
 use crate::services::Request;
-use crate::shared::{MAX_WAITING, lock, wait};
+use crate::shared::MAX_WAITING;
 
 /// Most requests to the urgent service that wait. All are taken at once, so there are more only while the owner has no time.
 const MAX_URGENT: usize = 256;
@@ -48,7 +49,7 @@ impl Requests {
         } else {
             (&self.others, MAX_WAITING)
         };
-        let mut waiting = lock(&queue.waiting);
+        let mut waiting = queue.waiting.lock();
         let of_service = |other: &&Request| other.service == request.service;
         if waiting.requests.iter().filter(of_service).count() >= most {
             return Some((request, most));
@@ -71,7 +72,7 @@ impl Requests {
 
     /// Takes the next request to a service that is not urgent.
     pub(crate) fn take_of(&self, service: usize) -> Option<Request> {
-        let mut waiting = lock(&self.others.waiting);
+        let mut waiting = self.others.waiting.lock();
         let requests = &mut waiting.requests;
         let place = requests.iter().position(|request| request.service == service)?;
         requests.remove(place)
@@ -81,9 +82,9 @@ impl Requests {
 impl Queue {
     /// Waits for a request for at most `timeout`.
     fn wait(&self, timeout: Duration) -> MutexGuard<'_, Waiting> {
-        let waiting = lock(&self.waiting);
+        let mut waiting = self.waiting.lock();
         if waiting.requests.is_empty() && !timeout.is_zero() {
-            return wait(&self.arrived, waiting, timeout);
+            self.arrived.wait_for(&mut waiting, timeout);
         }
         waiting
     }

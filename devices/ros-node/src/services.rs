@@ -1,16 +1,17 @@
 //! Services, as rmw_zenoh has them: a request is a query, and its response is the reply.
 
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use zenoh::bytes::ZBytes;
 use zenoh::query::{ConsolidationMode, Query, QueryTarget, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::attachment::{Gid, attachment_now, parse};
 use crate::keys::Service;
-use crate::shared::{Shared, lock};
+use crate::shared::Shared;
 
 /// A service that the node calls.
 #[derive(Clone, Debug)]
@@ -103,7 +104,7 @@ struct Pending {
 
 impl Drop for Pending {
     fn drop(&mut self) {
-        if let Some(error) = lock(&self.error).take() {
+        if let Some(error) = self.error.lock().take() {
             self.shared.respond(self.client, self.sequence, Err(error));
         }
     }
@@ -133,7 +134,7 @@ pub(crate) fn call(
         .payload(message)
         .attachment(attachment_now(sequence, gid))
         .callback(move |reply| {
-            let mut error = lock(&pending.error);
+            let mut error = pending.error.lock();
             match reply.into_result() {
                 Ok(sample) => {
                     if error.take().is_some() {

@@ -453,6 +453,6 @@ mod tests {
             remap: "scan",
             ..settings("tcp/a:1", "")
         };
-        assert!(wrong.node_config().unwrap_err().contains("`scan` is no rule"));
+        assert!(wrong.node_config().unwrap_err().contains("`scan` is not a rule"));
     }
 }

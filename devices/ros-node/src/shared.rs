@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use parking_lot::{Condvar, Mutex};
 use zenoh::bytes::ZBytes;
 use zenoh::sample::Sample;
 
@@ -152,11 +152,11 @@ impl Shared {
     }
 
     pub(crate) fn has_sent(&self, publication: usize) -> bool {
-        lock(&self.queue).outboxes[publication].is_empty()
+        self.queue.lock().outboxes[publication].is_empty()
     }
 
     pub(crate) fn is_waiting(&self, publication: usize) -> bool {
-        let mut queue = lock(&self.queue);
+        let mut queue = self.queue.lock();
         let is_waiting = !queue.outboxes[publication].is_empty();
         queue.is_awaited |= is_waiting;
         is_waiting
@@ -170,7 +170,7 @@ impl Shared {
         if messages.len() == 1 && self.sends_at_once(publication, &mut messages[0]) {
             return;
         }
-        lock(&self.queue).outboxes[publication].replace(messages);
+        self.queue.lock().outboxes[publication].replace(messages);
         self.changed.notify_one();
     }
 
@@ -180,7 +180,7 @@ impl Shared {
         if self.sends_at_once(publication, &mut message) {
             return;
         }
-        lock(&self.queue).outboxes[publication].append(message);
+        self.queue.lock().outboxes[publication].append(message);
         self.changed.notify_one();
     }
 
@@ -202,24 +202,24 @@ impl Shared {
     /// Submits a request. Returns its number.
     pub(crate) fn call(&self, client: usize, message: Vec<u8>) -> i64 {
         let sequence = {
-            let mut state = lock(&self.clients[client]);
+            let mut state = self.clients[client].lock();
             state.last_sequence += 1;
             state.last_sequence
         };
-        lock(&self.queue).calls.push((client, sequence, message));
+        self.queue.lock().calls.push((client, sequence, message));
         self.changed.notify_one();
         sequence
     }
 
     /// Submits a response, or the reason why there is none.
     pub(crate) fn reply(&self, request: Request, response: Result<Vec<u8>, String>) {
-        lock(&self.queue).replies.push((request, response));
+        self.queue.lock().replies.push((request, response));
         self.changed.notify_one();
     }
 
     /// Takes all messages of a subscription that wait, the oldest first.
     pub(crate) fn take_all(&self, subscription: usize) -> VecDeque<ReceivedMessage> {
-        std::mem::take(&mut lock(&self.arrived[subscription]).messages)
+        std::mem::take(&mut self.arrived[subscription].lock().messages)
     }
 
     /// Whether the owner wants the messages of a subscription.
@@ -230,22 +230,22 @@ impl Shared {
     /// Sets whether the owner wants them.
     pub(crate) fn want(&self, subscription: usize, is_wanted: bool) {
         if self.wanted[subscription].swap(is_wanted, Ordering::Relaxed) != is_wanted {
-            lock(&self.arrived[subscription]).messages.clear();
-            lock(&self.queue).is_rewired = true;
+            self.arrived[subscription].lock().messages.clear();
+            self.queue.lock().is_rewired = true;
             self.changed.notify_one();
         }
     }
 
     /// Whether several nodes send the messages of a subscription that has one source.
     pub(crate) fn is_contradicted(&self, subscription: usize) -> bool {
-        let mut inbox = lock(&self.arrived[subscription]);
+        let mut inbox = self.arrived[subscription].lock();
         let sources = inbox.sources.as_mut();
         sources.is_some_and(|(_, sources)| sources.contradict(Instant::now()))
     }
 
     /// Records that a publication of a subscription's topic begins, with the name of its node, or ends.
     pub(crate) fn set_source(&self, subscription: usize, publication: Gid, name: Option<String>) {
-        if let Some((_, sources)) = &mut lock(&self.arrived[subscription]).sources {
+        if let Some((_, sources)) = &mut self.arrived[subscription].lock().sources {
             match name {
                 Some(name) => sources.appear(publication, name),
                 None => sources.disappear(publication),
@@ -254,25 +254,25 @@ impl Shared {
     }
 
     pub(crate) fn take_response(&self, client: usize) -> Option<Response> {
-        lock(&self.clients[client]).responses.pop_front()
+        self.clients[client].lock().responses.pop_front()
     }
 
     pub(crate) fn has_server(&self, client: usize) -> bool {
-        !lock(&self.clients[client]).servers.is_empty()
+        !self.clients[client].lock().servers.is_empty()
     }
 
     pub(crate) fn state(&self) -> (NodeState, u32) {
-        let status = lock(&self.status);
+        let status = self.status.lock();
         (status.state.clone(), status.attempts)
     }
 
     pub(crate) fn remarks(&self) -> Vec<String> {
-        std::mem::take(&mut lock(&self.status).remarks)
+        std::mem::take(&mut self.status.lock().remarks)
     }
 
     /// Requests the end of the thread, and waits for that for at most `timeout`.
     pub(crate) fn finish(&self, timeout: Duration) {
-        let mut queue = lock(&self.queue);
+        let mut queue = self.queue.lock();
         queue.ending = true;
         self.changed.notify_one();
         let until = Instant::now() + timeout;
@@ -281,16 +281,16 @@ impl Shared {
             if remaining.is_zero() {
                 break;
             }
-            queue = wait(&self.changed, queue, remaining);
+            self.changed.wait_for(&mut queue, remaining);
         }
     }
 
     /// Returns the work to do. Waits for some for at most `timeout`.
     pub(crate) fn work(&self, timeout: Duration) -> Work {
-        let mut queue = lock(&self.queue);
+        let mut queue = self.queue.lock();
         let pause = queue.pause(timeout);
         if !pause.is_zero() {
-            queue = wait(&self.changed, queue, pause);
+            self.changed.wait_for(&mut queue, pause);
         }
         let met = std::mem::take(&mut queue.met);
         let calls = std::mem::take(&mut queue.calls);
@@ -313,7 +313,7 @@ impl Shared {
         let mut sending = self.publishers.wait();
         let now = Instant::now();
         let take = |outbox: &mut Outbox| outbox.take(now, is_ending);
-        let mut queue = lock(&self.queue);
+        let mut queue = self.queue.lock();
         let batches: Vec<_> = queue.outboxes.iter_mut().map(take).collect();
         let is_awaited = std::mem::take(&mut queue.is_awaited);
         drop(queue);
@@ -329,7 +329,7 @@ impl Shared {
 
     /// Reports what another node has in the opposite direction.
     pub(crate) fn meet(&self, meeting: Meeting) {
-        lock(&self.queue).met.push(meeting);
+        self.queue.lock().met.push(meeting);
         self.changed.notify_one();
     }
 
@@ -337,7 +337,7 @@ impl Shared {
     /// gets the outcome that no router answers. Returns whether the node must end instead of trying again.
     pub(crate) fn pause(&self, pause: Duration) -> bool {
         let until = Instant::now() + pause;
-        let mut queue = lock(&self.queue);
+        let mut queue = self.queue.lock();
         loop {
             queue.outboxes.iter_mut().for_each(Outbox::drop_volatile);
             queue.replies.clear();
@@ -349,7 +349,7 @@ impl Shared {
             if queue.ending || remaining.is_zero() {
                 return queue.ending;
             }
-            queue = wait(&self.changed, queue, remaining);
+            self.changed.wait_for(&mut queue, remaining);
         }
     }
 
@@ -363,14 +363,14 @@ impl Shared {
         if !self.passing[1][subscription].load(Ordering::Relaxed) || !self.is_wanted(subscription) {
             return;
         }
-        let mut inbox = lock(&self.arrived[subscription]);
+        let mut inbox = self.arrived[subscription].lock();
         let attachment = sample.attachment().map(ZBytes::to_bytes);
         let source = attachment.as_deref().and_then(parse);
         if let (Some(topic), Some((_, gid))) = (&inbox.commands, source)
             && OwnCommands::contain(gid)
         {
             self.remark(format!(
-                "this application itself publishes {topic}, and ignores that: state the topic of another program"
+                "this application publishes {topic} itself, and ignores its own messages: state the topic of another program"
             ));
             return;
         }
@@ -423,7 +423,7 @@ impl Shared {
 
     /// Stores the outcome of a request of this node.
     pub(crate) fn respond(&self, client: usize, sequence: i64, outcome: Result<Vec<u8>, String>) {
-        let mut state = lock(&self.clients[client]);
+        let mut state = self.clients[client].lock();
         if state.responses.len() >= MAX_WAITING {
             state.responses.pop_front();
         }
@@ -434,7 +434,7 @@ impl Shared {
 
     /// Reports that a node begins or ends to offer the service of a client.
     pub(crate) fn set_server(&self, client: usize, token: &str, offers: bool) {
-        let mut state = lock(&self.clients[client]);
+        let mut state = self.clients[client].lock();
         if offers {
             state.servers.insert(token.to_owned());
         } else {
@@ -446,12 +446,12 @@ impl Shared {
 
     /// Reports a publication that can be queried for its newest messages.
     pub(crate) fn found_cache(&self, subscription: usize, key: String) {
-        lock(&self.queue).caches.push((subscription, key));
+        self.queue.lock().caches.push((subscription, key));
         self.changed.notify_one();
     }
 
     pub(crate) fn set_state(&self, state: NodeState) {
-        let mut status = lock(&self.status);
+        let mut status = self.status.lock();
         if state == NodeState::Connected {
             status.attempts = 0;
         }
@@ -460,14 +460,14 @@ impl Shared {
 
     /// Records a failed attempt.
     pub(crate) fn failed(&self, reason: String) {
-        let mut status = lock(&self.status);
+        let mut status = self.status.lock();
         status.attempts = status.attempts.saturating_add(1);
         status.state = NodeState::Lost(reason);
     }
 
     /// Adds a remark on other nodes, unless it is a repetition or there are too many.
     pub(crate) fn remark(&self, remark: String) {
-        let mut status = lock(&self.status);
+        let mut status = self.status.lock();
         if status.past_remarks.len() < MAX_REMARKS && !status.past_remarks.contains(&remark) {
             status.past_remarks.push(remark.clone());
             status.remarks.push(remark);
@@ -476,21 +476,7 @@ impl Shared {
 
     /// Records that the thread ended.
     pub(crate) fn end(&self) {
-        lock(&self.queue).ended = true;
+        self.queue.lock().ended = true;
         self.changed.notify_all();
     }
-}
-
-/// Locks a mutex; a thread that panicked leaves it usable.
-pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-pub(crate) fn wait<'a, T>(
-    changed: &Condvar,
-    guard: MutexGuard<'a, T>,
-    timeout: Duration,
-) -> MutexGuard<'a, T> {
-    let waited = changed.wait_timeout(guard, timeout);
-    waited.unwrap_or_else(PoisonError::into_inner).0
 }

@@ -82,7 +82,7 @@ impl Sources {
             .collect();
         names.sort();
         Verdict::Contradicted(Some(format!(
-            "{} publish {topic}, and contradict each other: it has no value here until one alone does; stop the others, or give \
+            "{} publish {topic}, and contradict each other: it has no value here until only one does; stop the others, or give \
              them other topics",
             names.join(" and ")
         )))

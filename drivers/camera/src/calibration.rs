@@ -10,7 +10,7 @@ use jde_vision::read_calibration;
 pub(crate) fn read(file: &str) -> Result<Option<CameraInfo>> {
     Ok(match file {
         "" => None,
-        file => Some(read_calibration(Path::new(file))?),
+        file => Some(read_calibration(Path::new(file)).map_err(|faults| format!("{faults:#}"))?),
     })
 }
 

@@ -73,7 +73,7 @@ pub(crate) fn check_device(device: &str) -> Result<(), String> {
 fn is_video(device: &str) -> Result<(), OpenError> {
     let file = fs::metadata(device)?;
     if !file.file_type().is_char_device() || major(file.rdev()) != VIDEO {
-        return Err(OpenError::Message("this is no camera".to_owned()));
+        return Err(OpenError::Message("this is not a camera".to_owned()));
     }
     Ok(())
 }
@@ -171,7 +171,7 @@ fn describe_error(error: &io::Error, device: &str) -> String {
         ),
         ErrorKind::ResourceBusy => format!("{device}: another program has it open: close that first"),
         _ if error.raw_os_error() == Some(rustix::io::Errno::NOTTY.raw_os_error()) => {
-            format!("{device}: this is no camera")
+            format!("{device}: this is not a camera")
         }
         _ => format!("{device}: {error}"),
     }

@@ -190,11 +190,11 @@ mod tests {
             lost("/dev/no-such-camera"),
             "/dev/no-such-camera: there is no such device: is the camera plugged in?"
         );
-        assert_eq!(lost("/dev/null"), "/dev/null: this is no camera");
-        assert_eq!(lost("/"), "/: this is no camera");
+        assert_eq!(lost("/dev/null"), "/dev/null: this is not a camera");
+        assert_eq!(lost("/"), "/: this is not a camera");
         let pty = Pty::open().expect("a pseudo-terminal");
         let path = pty.path().display().to_string();
-        assert_eq!(lost(&path), format!("{path}: this is no camera"));
+        assert_eq!(lost(&path), format!("{path}: this is not a camera"));
     }
 
     #[test]

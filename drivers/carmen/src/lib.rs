@@ -17,12 +17,12 @@ const MAX_BYTES: u64 = 256 << 20;
 /// The name of the laser's frame.
 const LASER: &str = "laser";
 
-/// A robot that drives as it did when the log was written.
+/// A robot that repeats the drive of a log.
 ///
-/// It reads the scans of one laser (`FLASER`, `ROBOTLASER1`, else `RAWLASER1` or those of the rear) and the `ODOM` lines,
-/// plain or gzip, and names all others. The scans are in the frame of the laser, and `body` states where that is on the
-/// robot. A log whose clocks do not tell its time is played at the rate of `interval`. The mission is done when the log
-/// ends.
+/// It reads the scans of one laser (`FLASER`, `ROBOTLASER1`, else `RAWLASER1` or those of the rear) and the `ODOM`
+/// lines, plain or gzip, and names all others. The scans are in the frame of the laser, and `body` states where the
+/// laser is on the robot. If the clocks of a log are not usable, it is played at the rate of `interval`. The mission
+/// is done when the log ends.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "20ms")]
 pub struct Log {
@@ -32,7 +32,7 @@ pub struct Log {
     /// Ranges from this one on count as beams without a return.
     #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
-    /// Least time between scans in a log whose clocks do not tell its time.
+    /// Least time between scans in a log without a usable clock.
     #[modulation(default = 0.2, unit = "s", min = 0.001, max = 3600.0, fixed)]
     interval: Modulation<f64>,
     /// Speeds of the base, which have no effect.

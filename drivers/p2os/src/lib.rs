@@ -9,6 +9,7 @@ mod robot;
 mod sense;
 mod settings;
 
+use jde_motion::BaseDynamics;
 use jde_p2os::{HeadSetpoint, Setpoint};
 use jde_schema::prelude::*;
 use jde_schema::types::Body;
@@ -106,6 +107,9 @@ pub struct Pioneer {
     /// The radius in which the robot turns, and the usual place of its laser; for windows and pictures.
     #[export(lasting)]
     body: Export<Body>,
+    /// How the robot follows its commands: the accelerations of its settings, 0 until it has stated them. Its lag is unknown.
+    #[export(lasting)]
+    dynamics: Export<BaseDynamics>,
     /// Whether the robot is connected, its name, or the reason for the loss.
     #[export(lasting)]
     connection: Export<Connection>,
@@ -172,6 +176,7 @@ impl Pioneer {
         self.encoders.retract(cx);
         self.pan_tilt.retract(cx);
         self.body.retract(cx);
+        self.dynamics.retract(cx);
     }
 }
 

@@ -3,6 +3,7 @@
 
 use core::time::Duration;
 
+use jde_motion::BaseDynamics;
 use jde_p2os::{Beams, Config, Event, Model, Reading, Sip};
 use jde_schema::prelude::*;
 use jde_schema::types::{Body, Footprint, Mount};
@@ -45,6 +46,10 @@ impl Pioneer {
             };
             if !core::mem::replace(&mut self.senses.has_body, true) {
                 self.body.write(cx, body(cx.now(), model));
+                self.dynamics.write(cx, dynamics(robot.session().config()));
+            }
+            if let Event::Config(config) = &event {
+                self.dynamics.write(cx, dynamics(Some(config)));
             }
             match event {
                 Event::Sip(sip) => self.state(cx, robot, model, &sip)?,
@@ -201,6 +206,19 @@ fn body(now: Duration, model: &Model) -> Body {
         footprint: Footprint::circle(model.body.radius_mm / 1000.0),
         lasers: [laser].into_iter().collect(),
     }
+}
+
+/// Returns the accelerations of the robot's settings; 0, which is unknown, without them.
+fn dynamics(config: Option<&Config>) -> BaseDynamics {
+    let metres = |mm: u16| f64::from(mm) / 1000.0;
+    let radians = |degrees: u16| f64::from(degrees).to_radians();
+    config.map_or_else(BaseDynamics::default, |config| BaseDynamics {
+        acceleration: metres(config.trans_acc),
+        deceleration: metres(config.trans_dec),
+        turn_acceleration: radians(config.rot_acc),
+        turn_deceleration: radians(config.rot_dec),
+        lag: 0.0,
+    })
 }
 
 /// The speeds from the wheels. The turn rate comes from the firmware if it measures it, because that is more

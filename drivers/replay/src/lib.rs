@@ -38,11 +38,10 @@ pub struct Playback {
     pub padding: Padding<7>,
 }
 
-/// A robot that senses what it sensed when the recording was made.
+/// A robot that repeats the measurements of a recording.
 ///
-/// Each export reads the topic that its modulation names, or else the first topic of its type. Without such a
-/// topic it has no value. Times are converted to the application's. The mission is done when the recording
-/// ends.
+/// Each export reads the topic that its modulation names, or else the first topic of its type. Without such a topic
+/// it has no value. Times are converted to the application's. The mission is done when the recording ends.
 #[derive(Describe)]
 #[schema(driver, period = "10ms", budget = "50ms")]
 pub struct Recording {
@@ -88,7 +87,7 @@ pub struct Recording {
     /// The pictures' topic.
     #[modulation(default = "", fixed)]
     image_topic: Modulation<Text<120>>,
-    /// The topic of the depths. Without it there are none, because pictures have the same type.
+    /// The topic of the depths. It must be named, because pictures have the same type.
     #[modulation(default = "", fixed)]
     depth_topic: Modulation<Text<120>>,
     /// Whether it is paused.

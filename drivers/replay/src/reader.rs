@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use jde_log::{
-    Channel, LeftOut, Message, Messages, ReadError, RecordedVariable, RecordedVariables, Recording,
+    Channel, LeftOut, Messages, ReadError, RecordedMessage, RecordedVariable, RecordedVariables, Recording,
 };
 use jde_schema::types::Time;
 
@@ -31,7 +31,7 @@ pub(crate) struct RecordingReader {
 /// A message, with its position in the recording.
 pub(crate) struct TimedMessage {
     pub(crate) at: Duration,
-    pub(crate) message: Message,
+    pub(crate) message: RecordedMessage,
 }
 
 /// The reason why a recording cannot be played.

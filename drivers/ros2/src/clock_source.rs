@@ -47,11 +47,11 @@ impl From<FollowedClock> for ClockSource {
 }
 
 /// How long the time on `/clock` may stand until it counts as none: longer than between two messages of any simulation.
-const STANDS: Duration = Duration::from_secs(2);
-/// A step forward by more than this and by more than [`FASTEST`] times the time of this machine is a jump.
+const STANDSTILL_TIME: Duration = Duration::from_secs(2);
+/// A step forward by more than this and by more than [`MAX_RATE`] times the time of this machine is a jump.
 const JUMP: Duration = Duration::from_secs(1);
 /// The fastest simulation, in its time per time of this machine.
-const FASTEST: u32 = 20;
+const MAX_RATE: u32 = 20;
 
 /// What the messages of `/clock` have told.
 #[derive(Clone, Copy, Debug, Default)]
@@ -89,7 +89,7 @@ impl ClockWatch {
             return Tick::Back(newest - time);
         };
         let passed = now.saturating_sub(since);
-        if step > passed + JUMP && step > passed * FASTEST {
+        if step > passed + JUMP && step > passed * MAX_RATE {
             return Tick::Forward(step);
         }
         Tick::Onward
@@ -97,7 +97,9 @@ impl ClockWatch {
 
     /// Whether the time has just been standing for too long. It is none until it goes on.
     pub(crate) fn ends(&mut self, now: Duration) -> bool {
-        let stands = self.newest.is_some_and(|(_, since)| now > since + STANDS);
+        let stands = self
+            .newest
+            .is_some_and(|(_, since)| now > since + STANDSTILL_TIME);
         let is_new = stands && !self.has_ended;
         self.has_ended |= stands;
         is_new

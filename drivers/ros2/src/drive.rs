@@ -11,11 +11,11 @@ use jde_schema::prelude::Twist;
 const REPEAT_INTERVAL: Duration = Duration::from_millis(50);
 /// How long zero is sent at least: ten times, because the network may lose some messages, and a robot that stands may not
 /// have begun to follow the last command.
-const STOPPING: Duration = Duration::from_millis(500);
+const MIN_STOP_TIME: Duration = Duration::from_millis(500);
 /// How long zero is sent at most to a robot that moves: another program may drive it.
-const LONGEST: Duration = Duration::from_secs(5);
+const MAX_STOP_TIME: Duration = Duration::from_secs(5);
 /// A robot that measures less than this stands, in m/s and rad/s.
-const STANDING: f64 = 0.01;
+const STANDING_SPEED: f64 = 0.01;
 
 /// The last velocity sent to the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,7 +57,9 @@ impl Drive {
                 },
                 Some(Twist::ZERO),
             ),
-            (None, Self::Stopping { since, .. }) if now >= since + if moves { LONGEST } else { STOPPING } => {
+            (None, Self::Stopping { since, .. })
+                if now >= since + if moves { MAX_STOP_TIME } else { MIN_STOP_TIME } =>
+            {
                 (Self::Silent, None)
             }
             (None, Self::Stopping { due, .. }) if now < due => return None,
@@ -84,7 +86,7 @@ impl Drive {
 /// Whether a robot with this measured velocity moves.
 pub(crate) fn moves(velocity: &Twist) -> bool {
     let Twist { linear, angular } = velocity;
-    linear.x.hypot(linear.y) > STANDING || angular.z.abs() > STANDING
+    linear.x.hypot(linear.y) > STANDING_SPEED || angular.z.abs() > STANDING_SPEED
 }
 
 #[cfg(test)]

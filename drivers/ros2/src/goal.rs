@@ -1,6 +1,6 @@
 //! Poses in the values of Nav2's action.
 
-use jde_ros::interface::{Interfaces, humble, standard};
+use jde_ros_node::interface::{Interfaces, humble, standard};
 use jde_ros_node::{Action, Middleware, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::{Value as Json, json};

@@ -13,14 +13,14 @@ use crate::settings::node_schema;
 /// The time between two messages of feedback.
 const FEEDBACK: Duration = Duration::from_millis(100);
 /// Nav2's code of an error without a code of its own.
-const UNKNOWN: u16 = 9000;
+const UNKNOWN_ERROR: u16 = 9000;
 
 node_schema! {
-    /// Takes targets from ROS 2, one at a time, and tells what has become of them.
+    /// Takes targets from ROS 2, one at a time, and reports how each ends.
     ///
-    /// It is the server of `NavigateToPose`, and takes poses of a topic as well, which RViz publishes. A new target takes the
-    /// place of the one before, whose goal is aborted. The mission of the schema that drives, such as `navigate`, says when a
-    /// target is reached or given up.
+    /// It is the server of `NavigateToPose`, and it also takes poses of a topic, as RViz publishes them. A new target
+    /// takes the place of the previous one, whose goal is aborted. The mission of the schema that drives, such as
+    /// `navigate`, states whether a target is reached or given up.
     #[schema(driver, period = "50ms", budget = "10ms")]
     pub struct Goals {
         /// The action that it offers.
@@ -32,7 +32,7 @@ node_schema! {
         /// The clock of the stamps: `wall`, or `follow` for that of `/clock`.
         #[modulation(default = FollowedClock::Wall)]
         clock: Modulation<FollowedClock>,
-        /// The frame of the targets. Those in another one are refused.
+        /// The frame of the targets. A target in another frame is refused.
         #[modulation(default = "map")]
         frame: Modulation<Text<52>>,
         /// Progress of the schema that drives to `target`. Without a target it must not state the end of an old one.
@@ -95,7 +95,7 @@ impl Schema for Goals {
         active.report(cx, self.mission.get(cx), self.pose.get(cx), frame.as_str());
         let exported = active.exported();
         if exported != before {
-            let target = exported.map_or(Target::NONE, |(_, pose)| Target::at(pose));
+            let target = exported.map_or(Target::NONE, |(_, pose)| Target::facing(pose));
             self.target.write(cx, target);
         }
         active
@@ -291,7 +291,7 @@ impl ActiveGoals {
         let Some(id) = self.current.take().and_then(|current| current.id) else {
             return;
         };
-        let code = if note.is_empty() { 0 } else { UNKNOWN };
+        let code = if note.is_empty() { 0 } else { UNKNOWN_ERROR };
         let result = goal::result(self.middleware, code, note);
         self.server.end(&self.connection.node, id, status, Some(result));
     }

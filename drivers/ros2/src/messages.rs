@@ -37,7 +37,7 @@ pub(crate) struct PoseWithCovarianceStamped {
 }
 
 /// A variance of what is not measured, such as the heading: so large that it says nothing.
-const UNKNOWN: f64 = 1e6;
+const UNKNOWN_VARIANCE: f64 = 1e6;
 
 impl From<&PositionFix> for PoseWithCovarianceStamped {
     fn from(fix: &PositionFix) -> Self {
@@ -48,7 +48,7 @@ impl From<&PositionFix> for PoseWithCovarianceStamped {
         this.pose.pose = Pose2D::new(fix.x, fix.y, 0.0).into();
         // Six rows of six: x, y, z, and the rotations about them.
         for axis in 0..6 {
-            this.pose.covariance[7 * axis] = UNKNOWN;
+            this.pose.covariance[7 * axis] = UNKNOWN_VARIANCE;
         }
         let [xx, xy, yx, yy] = fix.covariance;
         this.pose.covariance[..2].copy_from_slice(&[xx, xy]);

@@ -11,13 +11,13 @@ use crate::settings::node_schema;
 use crate::velocity::{self, VelocitySubscription};
 
 /// Checks without an iteration between them, after which the schema does not drive any more.
-const LOST: u32 = 2;
+const MAX_LOST_CHECKS: u32 = 2;
 /// How long a rejected goal is sent again, and how often: Nav2 offers its action before it is active, and rejects goals until
 /// then.
-const REJECTED: Duration = Duration::from_secs(30);
-const AGAIN: Duration = Duration::from_secs(1);
+const RETRY_TIME: Duration = Duration::from_secs(30);
+const RETRY_INTERVAL: Duration = Duration::from_secs(1);
 /// How long Nav2 may take to accept a goal.
-const ACCEPTED: Duration = Duration::from_secs(5);
+const ACCEPT_TIMEOUT: Duration = Duration::from_secs(5);
 const NO_TOPIC: &str = "it commands the base with the velocities of a topic, as in \"nav/cmd_vel\"";
 
 node_schema! {
@@ -47,8 +47,8 @@ node_schema! {
         /// Where to drive.
         #[modulation(default = Target::NONE)]
         target: Modulation<Target>,
-        /// Where to drive, if another schema chooses it; replaces the modulation. Driven to again when it is chosen again
-        /// after none or another one.
+        /// The target, if another schema chooses it; it replaces the modulation. A target that is chosen again later
+        /// is driven to again.
         #[import(optional)]
         chosen: Import<Target>,
         /// Speeds of the base.
@@ -107,7 +107,7 @@ impl Schema for Navigate {
         active.choose(target);
         active.receive(cx);
         active.checks += 1;
-        if active.checks >= LOST || active.target.is_none() {
+        if active.checks >= MAX_LOST_CHECKS || active.target.is_none() {
             active.client.cancel(&active.connection.node);
             active.is_sent = false;
         }
@@ -200,7 +200,7 @@ impl Navigate {
             ..node
         };
         Ok(ActiveNavigate {
-            client: ActionClient::declare(action, ACCEPTED, &mut config),
+            client: ActionClient::declare(action, ACCEPT_TIMEOUT, &mut config),
             middleware,
             velocities: VelocitySubscription::new(0, &topic),
             connection: RosConnection::start(config, self.clock.get(cx).into())?,
@@ -277,8 +277,8 @@ impl ActiveNavigate {
 
     fn reject(&mut self, now: Duration) {
         let since = self.rejected.map_or(now, |(since, _)| since);
-        (self.rejected, self.is_sent) = (Some((since, now + AGAIN)), false);
-        if now >= since + REJECTED {
+        (self.rejected, self.is_sent) = (Some((since, now + RETRY_INTERVAL)), false);
+        if now >= since + RETRY_TIME {
             self.end(Err("Nav2 rejects the target".to_owned()));
         }
     }

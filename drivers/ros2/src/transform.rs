@@ -14,13 +14,13 @@ use crate::settings::node_schema;
 use crate::tf::{Listener, LookupError, Transforms, to_nanos, to_stamp};
 
 /// The qualities of tf2's subscriptions.
-const MOVING: Quality = Quality {
+const MOVING_QUALITY: Quality = Quality {
     depth: 100,
     ..Quality::DEFAULT
 };
-const STATIC: Quality = Quality {
+const STATIC_QUALITY: Quality = Quality {
     latched: true,
-    ..MOVING
+    ..MOVING_QUALITY
 };
 /// Most scans that wait for their transform.
 const MAX_SCANS: usize = 32;
@@ -28,9 +28,9 @@ const MAX_SCANS: usize = 32;
 node_schema! {
     /// Exports where the frame `source` is in the frame `target`, from `/tf` and `/tf_static`.
     ///
-    /// It is the newest that all frames between them have or, if `laser` is bound, that of the time of each scan.
-    /// Between two times it is interpolated, and never beyond them. The exports are retracted while there is none, and
-    /// `state` says why.
+    /// The transform is the newest that all frames between them have or, if `laser` is bound, that of the time of
+    /// each scan. It is interpolated between two times, and never extrapolated. The exports are retracted while there
+    /// is no transform, and `state` gives the reason.
     #[schema(driver, period = "20ms", budget = "20ms")]
     pub struct Transform {
         /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
@@ -48,7 +48,7 @@ node_schema! {
         /// The frame that is looked up; empty for that of the scan if `laser` is bound, and "base_link" otherwise.
         #[modulation(default = "")]
         source: Modulation<Frame>,
-        /// Greatest age of what is exported.
+        /// Greatest age of an exported transform.
         #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
         stale: Modulation<f64>,
         /// Scans, for whose times the transform is exported.
@@ -63,7 +63,7 @@ node_schema! {
         /// The same as a pose, with the velocity of `odometry`, if that is bound. Its covariance is unknown: zeros.
         #[export]
         pose: Export<Odometry>,
-        /// How old the newest transform is, or why there is none.
+        /// The age of the newest transform, or the reason why there is none.
         #[export]
         state: Export<Text<160>>,
         /// Whether the router or other nodes are connected.
@@ -213,7 +213,7 @@ impl Transform {
         };
         let topics = [topic(&self.tf_topic)?, topic(&self.tf_static_topic)?];
         let codec = Codec::<Transforms>::new();
-        let qualities = [MOVING, STATIC].into_iter().zip(topics.clone());
+        let qualities = [MOVING_QUALITY, STATIC_QUALITY].into_iter().zip(topics.clone());
         let config = NodeConfig {
             subscriptions: qualities
                 .map(|(quality, topic)| codec.topic(topic, quality))

@@ -2,11 +2,13 @@
 
 use core::time::Duration;
 
+use jde_motion::Setpoint;
 use jde_schema::prelude::*;
 use jde_sim::{Pose2, RobotConfig, RobotId, RobotModel, World, WorldError};
 
 use crate::Robot;
 use crate::edits::EditCount;
+use crate::output::Output;
 use crate::worlds::RobotClaim;
 
 /// The world, and how a robot enters it.
@@ -28,17 +30,20 @@ pub(crate) struct ActiveRobot {
     /// The edits that were published last.
     pub(crate) edits: Option<EditCount>,
     pub(crate) due: Due,
+    pub(crate) setpoint: Setpoint,
 }
 
-/// The times at which exports are due next; `None` before the first time.
+/// When exports are due next, and what is on its way to them.
 #[derive(Default)]
 pub(crate) struct Due {
     pub(crate) movers: Option<Duration>,
-    pub(crate) laser: Option<Duration>,
-    pub(crate) sonars: Option<Duration>,
-    pub(crate) line_sensor: Option<Duration>,
-    pub(crate) imu: Option<Duration>,
-    pub(crate) position: Option<Duration>,
+    pub(crate) laser: Output<LaserScan>,
+    pub(crate) sonars: Output<RangeRing>,
+    pub(crate) line_sensor: Output<LineSensor>,
+    pub(crate) imu: Output<Imu>,
+    pub(crate) position: Output<PositionFix>,
+    pub(crate) odometry: Output<Odometry>,
+    pub(crate) encoders: Output<WheelEncoders>,
 }
 
 impl Entry {
@@ -93,11 +98,21 @@ impl ActiveRobot {
             scenery: None,
             edits: None,
             due: Due::default(),
+            setpoint: Setpoint::default(),
         })
     }
 
-    /// Stops the robot.
-    pub(crate) fn stop(&self) {
+    /// Stops the robot. What is on its way to readers does not arrive.
+    pub(crate) fn stop(&mut self) {
         self.claim.stop();
+        self.setpoint = Setpoint::default();
+        let due = &mut self.due;
+        due.laser.clear();
+        due.sonars.clear();
+        due.line_sensor.clear();
+        due.imu.clear();
+        due.position.clear();
+        due.odometry.clear();
+        due.encoders.clear();
     }
 }

@@ -4,10 +4,11 @@
 use core::time::Duration;
 
 use jde_schema::prelude::*;
-use jde_sim::{LaserConfig, RobotId, World};
+use jde_sim::{LaserConfig, LaserModel, RobotId, World};
 
 use crate::camera::find_robot;
-use crate::{scenery, worlds};
+use crate::output::{Measurement, Output};
+use crate::worlds;
 
 /// A laser on a robot of a simulated world: one that the robot's file names.
 ///
@@ -24,16 +25,15 @@ pub struct Laser {
     /// The name of the laser in the robot's file.
     #[modulation(default = "", fixed)]
     sensor: Modulation<Text<60>>,
-    /// The scan, in the frame of the laser, which has the laser's name. Stamped with the world's time.
+    /// The scan, in the frame of the laser, which has the laser's name. Its time is that of its first beam.
     #[export(validity = "1s")]
     laser: Export<LaserScan>,
-    /// Time at which the next scan is due.
-    due: Option<Duration>,
+    output: Output<LaserScan>,
 }
 
 impl Schema for Laser {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.due = None;
+        self.output = Output::default();
         self.check_names(cx)
     }
 
@@ -55,18 +55,12 @@ impl Schema for Laser {
             let known: Vec<&str> = lasers.iter().map(|laser| laser.name.as_str()).collect();
             return Err(format!("the robot has no laser `{name}`: it has `{}`", known.join("`, `")).into());
         };
-        if laser
-            .period
-            .is_none_or(|period| scenery::is_time(&mut self.due, cx.now(), period))
-        {
-            publish(
-                &mut self.laser,
-                cx,
-                (&world, robot),
-                (name.as_str(), &laser.config),
-            )?;
-        }
-        Ok(())
+        publish(
+            (&mut self.laser, &mut self.output),
+            cx,
+            (&world, robot),
+            (name.as_str(), laser),
+        )
     }
 }
 
@@ -84,7 +78,7 @@ impl Laser {
 
     fn wait(&mut self, cx: &Context) -> Result {
         self.laser.retract(cx);
-        self.due = None;
+        self.output = Output::default();
         Ok(())
     }
 }
@@ -93,40 +87,57 @@ impl Inspect for Laser {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         let world = self
             .check_names(cx)
-            .and_then(|()| Ok(World::load(self.world.get(cx).as_str(), cx.seed())?));
+            .and_then(|()| Ok(worlds::load(self.world.get(cx).as_str(), cx.seed())?));
         if let Some(world) = problems.expect(&self.world, world) {
             problems.expect(&self.robot, find_robot(&world, self.robot.get(cx).as_str()));
         }
     }
 }
 
-/// Publishes a scan of a robot's laser, in the frame of that name.
+/// Publishes a scan of a robot's laser, in the frame of that name, if one is due.
 pub(crate) fn publish(
-    export: &mut Export<LaserScan>,
+    (export, output): (&mut Export<LaserScan>, &mut Output<LaserScan>),
     cx: &Context,
     (world, robot): (&World, RobotId),
-    (frame, laser): (&str, &LaserConfig),
+    (frame, model): (&str, &LaserModel),
 ) -> Result {
-    let mut scan = export.loan(cx);
-    scan.header = Header::new(cx.now(), frame);
-    scan.angle_min = laser.angle_min() as f32;
-    scan.angle_max = laser.angle_max() as f32;
-    scan.angle_increment = laser.angle_increment() as f32;
-    scan.time_increment = 0.0;
-    scan.scan_time = 0.0;
-    scan.range_min = laser.range_min as f32;
-    scan.range_max = laser.range_max as f32;
-    let LaserScan {
-        ranges, intensities, ..
-    } = &mut *scan;
-    let ranges = ranges.resize(laser.beams);
-    if laser.intensity > 0.0 {
-        let intensities = intensities.resize(laser.beams);
-        world.laser_with_intensities(robot, laser, (ranges, intensities))?;
-    } else {
-        intensities.clear();
-        world.laser(robot, laser, ranges)?;
+    output.deliver(cx, export);
+    if !output.is_due(cx.now(), model.period) {
+        return Ok(());
     }
-    scan.publish();
-    Ok(())
+    let laser = &model.config;
+    let Some(time) = first_beam(cx.now(), world, laser) else {
+        return Ok(());
+    };
+    let measurement = Measurement::new(time, (world, robot), (&model.delivery, laser.stream))?;
+    output.measure(cx, export, measurement, |scan| {
+        scan.header = Header::new(time, frame);
+        scan.angle_min = laser.angle_min() as f32;
+        scan.angle_max = laser.angle_max() as f32;
+        scan.angle_increment = laser.angle_increment() as f32;
+        scan.time_increment = laser.time_increment() as f32;
+        scan.scan_time = laser.turn.map_or(0.0, |turn| turn.period as f32);
+        scan.range_min = laser.range_min as f32;
+        scan.range_max = laser.range_max as f32;
+        let LaserScan {
+            ranges, intensities, ..
+        } = scan;
+        let ranges = ranges.resize(laser.beams);
+        if laser.intensity > 0.0 {
+            let intensities = intensities.resize(laser.beams);
+            world.laser_with_intensities(robot, laser, (ranges, intensities))?;
+        } else {
+            intensities.clear();
+            world.laser(robot, laser, ranges)?;
+        }
+        Ok(())
+    })
+}
+
+/// Returns the time of the first beam of a scan that ends now; `None` if a turning laser has not completed one.
+fn first_beam(now: Duration, world: &World, laser: &LaserConfig) -> Option<Duration> {
+    if laser.turn.is_none() {
+        return Some(now);
+    }
+    Duration::from_nanos(world.now()).checked_sub(Duration::from_secs_f64(laser.age(0)))
 }

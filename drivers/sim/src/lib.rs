@@ -3,17 +3,20 @@
 //! other schema.
 
 mod camera;
+mod dynamics;
 mod edits;
 mod entry;
 mod laser;
 mod models;
+mod output;
 mod scenery;
 mod sense;
 mod worlds;
 
+use jde_motion::BaseDynamics;
 use jde_schema::prelude::*;
 use jde_schema::types::{Body, Movers, Scenery, Start};
-use jde_sim::{HeadCommand, RobotModel, Twist2, World, WorldError};
+use jde_sim::{HeadCommand, RobotModel, Twist2, WorldError};
 
 pub use camera::Camera;
 pub use edits::EditCount;
@@ -76,9 +79,12 @@ pub struct Robot {
     /// determines the drift of the odometry.
     #[modulation(default = -1.0, max = 0.5, fixed)]
     wheel_error: Modulation<f64>,
-    /// Greatest change of speed per second; negative for that of the file.
+    /// Greatest change of speed per second, ahead and to the side; negative for that of the file.
     #[modulation(default = -1.0, unit = "m/s2", fixed)]
     acceleration: Modulation<f64>,
+    /// Time constant of the motors; negative for that of the file.
+    #[modulation(default = -1.0, unit = "s", max = 2.0, fixed)]
+    lag: Modulation<f64>,
     /// Charge of a full battery; negative for the 21.6 Ah of a Pioneer. A robot without a battery gets one.
     #[modulation(default = -1.0, unit = "Ah", fixed)]
     battery_capacity: Modulation<f64>,
@@ -96,17 +102,17 @@ pub struct Robot {
     /// command is valid for an hour.
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
-    /// The scan of the first laser, in the laser's own frame.
+    /// The scan of the first laser, in the laser's own frame. Its time is that of its first beam.
     #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right,
     /// then eight behind from right to left.
     #[export(validity = "1s")]
     sonars: Export<RangeRing>,
-    /// What the cells of the line sensor see of the floor, in the order of the robot's file.
+    /// The brightness of the floor below each cell of the line sensor, in the order of the robot's file.
     #[export(validity = "1s")]
     line_sensor: Export<LineSensor>,
-    /// What the inertial unit measures, in its own frame. It estimates no orientation.
+    /// The measurements of the inertial unit, in its own frame. It estimates no orientation.
     #[export(validity = "1s")]
     imu: Export<Imu>,
     /// The position in the frame of the world; none in an outage.
@@ -138,6 +144,13 @@ pub struct Robot {
     /// The outline of the robot's file and the places of its lasers; for windows and pictures.
     #[export(lasting)]
     body: Export<Body>,
+    /// How the robot follows its commands, by its file and `acceleration` and `lag` here.
+    #[export(lasting)]
+    dynamics: Export<BaseDynamics>,
+    /// What the motors are led to at present: the commands so far, within the limits of the robot's file. A car has none,
+    /// nor has a robot that accelerates otherwise to the side than ahead.
+    #[export]
+    setpoint: Export<Twist>,
     /// The static objects of the world, published when the robot enters it and when they change; for
     /// windows. No robot has such a sensor.
     #[export(lasting)]
@@ -163,9 +176,11 @@ impl Robot {
             sonar_noise: self.sonar_noise.get(cx),
             wheel_error: self.wheel_error.get(cx),
             acceleration: self.acceleration.get(cx),
+            lag: self.lag.get(cx),
             battery_capacity: self.battery_capacity.get(cx),
         };
-        overrides.over(RobotModel::find(self.model.get(cx).as_str())?)
+        let model = RobotModel::find(self.model.get(cx).as_str());
+        overrides.over(model.map_err(|error| format!("{error:#}"))?)
     }
 
     /// Steps the world to the present time, commands the robot and publishes what it senses.
@@ -182,6 +197,7 @@ impl Robot {
             angular: twist.angular.z,
         };
         world.command(robot, twist)?;
+        self.publish_setpoint(cx, &active.model.config, &mut active.setpoint, twist);
         let head = HeadCommand {
             pan: head.pan,
             tilt: head.tilt,
@@ -197,6 +213,7 @@ impl Robot {
         self.publish_connection(cx, &world, active.since);
         if active.scenery.is_none() {
             self.publish_body(cx, &active.model);
+            self.publish_dynamics(cx, &active.model.config);
         }
         if active.scenery.replace(world.changes()) != Some(world.changes()) {
             self.publish_scenery(cx, &world);
@@ -227,7 +244,7 @@ impl Schema for Robot {
     }
 
     fn sleep(&mut self, _: &Context) {
-        if let Some(active) = &self.active {
+        if let Some(active) = &mut self.active {
             active.stop();
         }
     }
@@ -237,7 +254,7 @@ impl Inspect for Robot {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         let model = problems.expect(&self.model, self.model(cx));
         let entry = Entry::new(cx, self);
-        let world = entry.path().and_then(|path| Ok(World::load(path, cx.seed())?));
+        let world = entry.path().and_then(|path| Ok(worlds::load(path, cx.seed())?));
         let (Some(mut world), Some(model)) = (problems.expect(&self.world, world), model) else {
             return;
         };

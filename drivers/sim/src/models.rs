@@ -1,7 +1,7 @@
 //! What an application changes in a robot, and what fits into the exports of its sensors.
 
 use jde_schema::prelude::*;
-use jde_sim::{OdometryOrigin, RobotModel};
+use jde_sim::{Kinematics, OdometryOrigin, RobotModel};
 
 /// Beams that fit into a `LaserScan`, sonars that fit into a `RangeRing`, and cells that fit into a
 /// `LineSensor`.
@@ -23,6 +23,8 @@ pub(crate) struct Overrides {
     pub(crate) wheel_error: f64,
     /// m/s², for driving and for braking.
     pub(crate) acceleration: f64,
+    /// Seconds.
+    pub(crate) lag: f64,
     /// Ampere hours.
     pub(crate) battery_capacity: f64,
 }
@@ -66,6 +68,13 @@ impl Overrides {
         replace(&mut config.wheel_scale_sigma, self.wheel_error);
         replace(&mut config.linear_acceleration, self.acceleration);
         replace(&mut config.linear_deceleration, self.acceleration);
+        if let Kinematics::Omnidirectional {
+            lateral_acceleration, ..
+        } = &mut config.kinematics
+        {
+            replace(lateral_acceleration, self.acceleration);
+        }
+        replace(&mut config.lag, self.lag);
         replace(&mut config.battery_capacity, self.battery_capacity);
         model.battery |= self.battery_capacity > 0.0;
         config.odometry_origin = OdometryOrigin::StartPose;

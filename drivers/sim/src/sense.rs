@@ -1,21 +1,28 @@
 //! Exports the simulated sensors in the standard interfaces.
 
-use core::time::Duration;
-
 use jde_schema::prelude::*;
 use jde_schema::types::Point2D;
 use jde_sim::{
-    ImuConfig, LineSensorConfig, Pose2, PositionConfig, RobotId, RobotModel, SonarConfig, Twist2, World,
+    Delivery, ImuConfig, LineSensorConfig, Pose2, PositionConfig, RobotId, RobotModel, SampledSensor,
+    SonarConfig, Twist2, World,
 };
 
 use crate::entry::Due;
-use crate::{Robot, laser, scenery};
+use crate::output::{Measurement, Output};
+use crate::{Robot, laser};
+
+/// The draws of the deliveries of each sensor, beside those of the lasers, which have the numbers from 0.
+const WHEELS: u16 = u16::MAX;
+const SONARS: u16 = u16::MAX - 1;
+const LINE: u16 = u16::MAX - 2;
+const IMU: u16 = u16::MAX - 3;
+const POSITION: u16 = u16::MAX - 4;
 
 /// Values of `BatteryState` for a battery in good health.
-const CHARGING: u8 = 1;
-const DISCHARGING: u8 = 2;
-const FULL: u8 = 4;
-const GOOD: u8 = 1;
+const STATUS_CHARGING: u8 = 1;
+const STATUS_DISCHARGING: u8 = 2;
+const STATUS_FULL: u8 = 4;
+const HEALTH_GOOD: u8 = 1;
 
 impl Robot {
     /// Publishes the sensors that the robot has, those that are due.
@@ -27,44 +34,23 @@ impl Robot {
         model: &RobotModel,
         due: &mut Due,
     ) -> Result {
-        let now = cx.now();
-        let is_due = |due: &mut Option<Duration>, period: Option<Duration>| {
-            period.is_none_or(|period| scenery::is_time(due, now, period))
-        };
-        if let Some(first) = model.lasers.first()
-            && is_due(&mut due.laser, first.period)
-        {
-            laser::publish(&mut self.laser, cx, (world, robot), ("laser", &first.config))?;
+        if let Some(first) = model.lasers.first() {
+            let way = (&mut self.laser, &mut due.laser);
+            laser::publish(way, cx, (world, robot), ("laser", first))?;
         }
-        if let Some(sonars) = &model.sonars
-            && is_due(&mut due.sonars, sonars.period)
-        {
-            self.publish_sonars(cx, world, robot, &sonars.config)?;
+        if let Some(sonars) = &model.sonars {
+            self.publish_sonars(cx, (world, robot), sonars, &mut due.sonars)?;
         }
-        if let Some(line) = &model.line_sensor
-            && is_due(&mut due.line_sensor, line.period)
-        {
-            self.publish_line_sensor(cx, world, robot, &line.config)?;
+        if let Some(line) = &model.line_sensor {
+            self.publish_line_sensor(cx, (world, robot), line, &mut due.line_sensor)?;
         }
-        if let Some(imu) = &model.imu
-            && is_due(&mut due.imu, imu.period)
-        {
-            self.publish_imu(cx, world, robot, &imu.config)?;
+        if let Some(imu) = &model.imu {
+            self.publish_imu(cx, (world, robot), imu, &mut due.imu)?;
         }
-        if let Some(position) = &model.position
-            && is_due(&mut due.position, position.period)
-        {
-            self.publish_position(cx, world, robot, &position.config)?;
+        if let Some(position) = &model.position {
+            self.publish_position(cx, (world, robot), position, &mut due.position)?;
         }
-        let (odometry, covariance) = (world.odometry(robot), world.odometry_covariance(robot));
-        self.odometry.write(
-            cx,
-            Odometry {
-                pose: PoseWithCovariance::planar(pose(odometry.pose), &covariance.pose),
-                twist: TwistWithCovariance::planar(twist(odometry.twist), &covariance.twist),
-                ..Odometry::planar(now, Pose2D::ORIGIN, Twist::ZERO)
-            },
-        );
+        self.publish_wheels(cx, (world, robot), &model.odometry, due)?;
         let truth = world.truth(robot);
         if model.bumpers {
             self.publish_bumpers(cx, world, robot)?;
@@ -75,16 +61,6 @@ impl Robot {
         if model.battery {
             self.publish_battery(cx, world, robot);
         }
-        let encoders = world.encoders(robot);
-        self.encoders.write(
-            cx,
-            WheelEncoders {
-                header: Header::new(now, "base_link"),
-                left: encoders.left,
-                right: encoders.right,
-                ticks_per_meter: world.config(robot).ticks_per_meter,
-            },
-        );
         self.truth.write(
             cx,
             Truth {
@@ -158,61 +134,125 @@ impl Robot {
                 design_capacity: battery.capacity as f32,
                 percentage: battery.charge as f32,
                 power_supply_status: if battery.current < 0.0 {
-                    DISCHARGING
+                    STATUS_DISCHARGING
                 } else if battery.charge < 1.0 {
-                    CHARGING
+                    STATUS_CHARGING
                 } else {
-                    FULL
+                    STATUS_FULL
                 },
-                power_supply_health: GOOD,
+                power_supply_health: HEALTH_GOOD,
                 present: true.into(),
                 ..BatteryState::default()
             },
         );
     }
 
-    fn publish_sonars(&mut self, cx: &Context, world: &World, robot: RobotId, ring: &SonarConfig) -> Result {
-        let mut sonars = self.sonars.loan(cx);
-        sonars.header = Header::new(cx.now(), "base_link");
-        sonars.radiation_type = 0;
-        sonars.padding = Padding::ZERO;
-        sonars.field_of_view = ring.cone as f32;
-        sonars.min_range = ring.range_min as f32;
-        sonars.max_range = ring.range_max as f32;
-        for (pose, mount) in sonars
-            .poses
-            .resize(ring.mounts.len())
-            .iter_mut()
-            .zip(&ring.mounts)
-        {
-            *pose = self::pose(*mount);
+    fn publish_wheels(
+        &mut self,
+        cx: &Context,
+        (world, robot): (&World, RobotId),
+        delivery: &Delivery,
+        due: &mut Due,
+    ) -> Result {
+        let now = cx.now();
+        due.odometry.deliver(cx, &mut self.odometry);
+        due.encoders.deliver(cx, &mut self.encoders);
+        let measurement = || Measurement::new(now, (world, robot), (delivery, WHEELS));
+        due.odometry
+            .measure(cx, &mut self.odometry, measurement()?, |value| {
+                let (odometry, covariance) = (world.odometry(robot), world.odometry_covariance(robot));
+                *value = Odometry {
+                    pose: PoseWithCovariance::planar(pose(odometry.pose), &covariance.pose),
+                    twist: TwistWithCovariance::planar(twist(odometry.twist), &covariance.twist),
+                    ..Odometry::planar(now, Pose2D::ORIGIN, Twist::ZERO)
+                };
+                Ok(())
+            })?;
+        due.encoders
+            .measure(cx, &mut self.encoders, measurement()?, |value| {
+                let encoders = world.encoders(robot);
+                *value = WheelEncoders {
+                    header: Header::new(now, "base_link"),
+                    left: encoders.left,
+                    right: encoders.right,
+                    ticks_per_meter: world.config(robot).ticks_per_meter,
+                };
+                Ok(())
+            })
+    }
+
+    fn publish_sonars(
+        &mut self,
+        cx: &Context,
+        (world, robot): (&World, RobotId),
+        SampledSensor {
+            config: ring,
+            period,
+            delivery,
+        }: &SampledSensor<SonarConfig>,
+        output: &mut Output<RangeRing>,
+    ) -> Result {
+        output.deliver(cx, &mut self.sonars);
+        if !output.is_due(cx.now(), *period) {
+            return Ok(());
         }
-        world.sonars(robot, ring, sonars.ranges.resize(ring.mounts.len()))?;
-        sonars.publish();
-        Ok(())
+        let measurement = Measurement::new(cx.now(), (world, robot), (delivery, SONARS))?;
+        output.measure(cx, &mut self.sonars, measurement, |sonars| {
+            sonars.header = Header::new(cx.now(), "base_link");
+            sonars.radiation_type = 0;
+            sonars.padding = Padding::ZERO;
+            sonars.field_of_view = ring.cone as f32;
+            sonars.min_range = ring.range_min as f32;
+            sonars.max_range = ring.range_max as f32;
+            let poses = sonars.poses.resize(ring.mounts.len());
+            for (pose, mount) in poses.iter_mut().zip(&ring.mounts) {
+                *pose = self::pose(*mount);
+            }
+            Ok(world.sonars(robot, ring, sonars.ranges.resize(ring.mounts.len()))?)
+        })
     }
 
     fn publish_line_sensor(
         &mut self,
         cx: &Context,
-        world: &World,
-        robot: RobotId,
-        config: &LineSensorConfig,
+        (world, robot): (&World, RobotId),
+        SampledSensor {
+            config,
+            period,
+            delivery,
+        }: &SampledSensor<LineSensorConfig>,
+        output: &mut Output<LineSensor>,
     ) -> Result {
-        let mut sensor = self.line_sensor.loan(cx);
-        sensor.header = Header::new(cx.now(), "base_link");
-        let count = config.mounts.len();
-        for (cell, &[x, y]) in sensor.cells.resize(count).iter_mut().zip(&config.mounts) {
-            *cell = Point2D { x, y };
+        output.deliver(cx, &mut self.line_sensor);
+        if !output.is_due(cx.now(), *period) {
+            return Ok(());
         }
-        world.line_sensor(robot, config, sensor.brightness.resize(count))?;
-        sensor.publish();
-        Ok(())
+        let measurement = Measurement::new(cx.now(), (world, robot), (delivery, LINE))?;
+        output.measure(cx, &mut self.line_sensor, measurement, |sensor| {
+            sensor.header = Header::new(cx.now(), "base_link");
+            let count = config.mounts.len();
+            for (cell, &[x, y]) in sensor.cells.resize(count).iter_mut().zip(&config.mounts) {
+                *cell = Point2D { x, y };
+            }
+            Ok(world.line_sensor(robot, config, sensor.brightness.resize(count))?)
+        })
     }
-}
 
-impl Robot {
-    fn publish_imu(&mut self, cx: &Context, world: &World, robot: RobotId, config: &ImuConfig) -> Result {
+    fn publish_imu(
+        &mut self,
+        cx: &Context,
+        (world, robot): (&World, RobotId),
+        SampledSensor {
+            config,
+            period,
+            delivery,
+        }: &SampledSensor<ImuConfig>,
+        output: &mut Output<Imu>,
+    ) -> Result {
+        output.deliver(cx, &mut self.imu);
+        if !output.is_due(cx.now(), *period) {
+            return Ok(());
+        }
         let reading = world.imu(robot, config)?;
         let vector = |[x, y, z]: [f64; 3]| Vector3 { x, y, z };
         // The bias is a part of the error that a reader must expect.
@@ -226,9 +266,9 @@ impl Robot {
         };
         let mut no_orientation = [0.0; 9];
         no_orientation[0] = -1.0;
-        self.imu.write(
-            cx,
-            Imu {
+        let measurement = Measurement::new(cx.now(), (world, robot), (delivery, IMU))?;
+        output.measure(cx, &mut self.imu, measurement, |value| {
+            *value = Imu {
                 header: Header::new(cx.now(), "imu"),
                 orientation: Quaternion::default(),
                 orientation_covariance: no_orientation,
@@ -239,33 +279,42 @@ impl Robot {
                     config.accelerometer_sigma,
                     config.accelerometer_bias,
                 ),
-            },
-        );
-        Ok(())
+            };
+            Ok(())
+        })
     }
 
     fn publish_position(
         &mut self,
         cx: &Context,
-        world: &World,
-        robot: RobotId,
-        config: &PositionConfig,
+        (world, robot): (&World, RobotId),
+        SampledSensor {
+            config,
+            period,
+            delivery,
+        }: &SampledSensor<PositionConfig>,
+        output: &mut Output<PositionFix>,
     ) -> Result {
+        output.deliver(cx, &mut self.position);
+        if !output.is_due(cx.now(), *period) {
+            return Ok(());
+        }
         let Some([x, y]) = world.position(robot, config)? else {
+            output.clear();
             self.position.retract(cx);
             return Ok(());
         };
         let variance = config.sigma * config.sigma;
-        self.position.write(
-            cx,
-            PositionFix {
+        let measurement = Measurement::new(cx.now(), (world, robot), (delivery, POSITION))?;
+        output.measure(cx, &mut self.position, measurement, |value| {
+            *value = PositionFix {
                 header: Header::new(cx.now(), "map"),
                 x,
                 y,
                 covariance: [variance, 0.0, 0.0, variance],
-            },
-        );
-        Ok(())
+            };
+            Ok(())
+        })
     }
 }
 

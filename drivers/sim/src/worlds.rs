@@ -4,14 +4,15 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 
 use jde_sim::{HeadCommand, LaserModel, RobotId, Twist2, World, WorldError};
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::edits::EditProgress;
 
 /// Open worlds. A world closes with its last holder. Applications do not share worlds.
-static OPEN: Mutex<Vec<(Key, Weak<SharedWorld>)>> = Mutex::new(Vec::new());
+static OPEN_WORLDS: Mutex<Vec<(Key, Weak<SharedWorld>)>> = Mutex::new(Vec::new());
 
 /// The application, and the file that it opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,12 +41,19 @@ pub(crate) struct RobotClaim {
 /// The reason why a driver cannot take a robot.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ClaimError {
-    #[error(transparent)]
-    World(#[from] WorldError),
+    /// Why there is no such world, or no such robot in it, with the faulty lines.
+    #[error("{0}")]
+    World(String),
     #[error(
         "robot `{0}` has a driver already: give each driver its own, by its name or by `robot = \"...\"`"
     )]
     Driven(String),
+}
+
+impl From<WorldError> for ClaimError {
+    fn from(error: WorldError) -> Self {
+        Self::World(format!("{error:#}"))
+    }
 }
 
 impl RobotClaim {
@@ -61,14 +69,14 @@ impl RobotClaim {
     ) -> Result<Self, ClaimError> {
         let shared = open(Key::new(application, path), path, seed)?;
         // Held until the end, so that of two drivers that take one robot, the second is refused.
-        let mut driven = lock(&shared.driven);
-        let mut world = lock(&shared.world);
+        let mut driven = shared.driven.lock();
+        let mut world = shared.world.lock();
         let robot = enter(&mut world)?;
         if driven.contains(&robot) {
             return Err(ClaimError::Driven(world.robot_name(robot).to_owned()));
         }
         drop(world);
-        lock(&shared.lasers).insert(robot, lasers);
+        shared.lasers.lock().insert(robot, lasers);
         driven.push(robot);
         drop(driven);
         Ok(Self { shared, robot })
@@ -76,12 +84,12 @@ impl RobotClaim {
 
     /// Locks the world. Other robots wait until it is unlocked.
     pub(crate) fn world(&self) -> MutexGuard<'_, World> {
-        lock(&self.shared.world)
+        self.shared.world.lock()
     }
 
     /// Locks the edits that the drivers of this world have made. The world may be locked already.
     pub(crate) fn edits(&self) -> MutexGuard<'_, BTreeMap<RobotId, EditProgress>> {
-        lock(&self.shared.edits)
+        self.shared.edits.lock()
     }
 
     /// Stops the robot and holds its head.
@@ -101,13 +109,18 @@ impl RobotClaim {
 impl Drop for RobotClaim {
     fn drop(&mut self) {
         self.stop();
-        lock(&self.shared.driven).retain(|robot| *robot != self.robot);
+        self.shared.driven.lock().retain(|robot| *robot != self.robot);
     }
+}
+
+/// Reads a world to inspect it. An error shows the faulty lines.
+pub(crate) fn load(path: &str, seed: u64) -> Result<World, String> {
+    World::load(path, seed).map_err(|error| format!("{error:#}"))
 }
 
 /// Returns the world of that key, if a robot's driver has opened it.
 pub(crate) fn find(key: &Key) -> Option<Arc<SharedWorld>> {
-    let open = lock(&OPEN);
+    let open = OPEN_WORLDS.lock();
     let known = open.iter().find(|(known, _)| known == key);
     known.and_then(|(_, shared)| shared.upgrade())
 }
@@ -123,17 +136,17 @@ impl Key {
 impl SharedWorld {
     /// Locks the world. Robots wait until it is unlocked.
     pub(crate) fn lock(self: &Arc<Self>) -> MutexGuard<'_, World> {
-        lock(&self.world)
+        self.world.lock()
     }
 
     /// Returns the lasers of a robot, as its driver has them. The world may be locked already.
     pub(crate) fn lasers(&self, robot: RobotId) -> Vec<LaserModel> {
-        lock(&self.lasers).get(&robot).cloned().unwrap_or_default()
+        self.lasers.lock().get(&robot).cloned().unwrap_or_default()
     }
 }
 
 fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError> {
-    let mut open = lock(&OPEN);
+    let mut open = OPEN_WORLDS.lock();
     open.retain(|(_, shared)| shared.strong_count() > 0);
     let known = open.iter().find(|(known, _)| *known == key);
     if let Some(shared) = known.and_then(|(_, shared)| shared.upgrade()) {
@@ -147,9 +160,4 @@ fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError>
     });
     open.push((key, Arc::downgrade(&shared)));
     Ok(shared)
-}
-
-/// Locks also after a panic: a world is never left in the middle of a step, so its state is usable.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

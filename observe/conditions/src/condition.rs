@@ -1,7 +1,7 @@
 //! A condition as text: a keyword, or an expression over variables. It is refused before anything runs if it
 //! can never become true: if it uses an unknown name, or if an expression has no boolean result.
 
-use jde_board::nearest;
+use jde_nearest::nearest;
 
 use super::Names;
 use super::expression::Expression;

@@ -1,8 +1,8 @@
 //! The part of an event that conditions use, from an event of this process or from a record.
 
-use jde_core::{Case, Health};
+use jde_core::{Case, Health, Id, SchemaId};
 use jde_records::RunRecord;
-use jde_records::event::{Event, What};
+use jde_records::event::{Event, Naming, What};
 
 use super::Names;
 
@@ -41,8 +41,8 @@ pub(crate) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<Fact<'a
             switched: record.changed,
         }),
         Event::State(_) => None,
-        Event::Other(occurrence) => of_occurrence(&occurrence.what, |schema: &usize| {
-            names.schemas.get(*schema).map(String::as_str)
+        Event::Other(occurrence) => of_occurrence(&occurrence.what, |schema: &SchemaId| {
+            names.schemas.get(schema.index()).map(String::as_str)
         }),
     }
 }
@@ -61,7 +61,10 @@ pub(crate) fn of_record(record: &RunRecord) -> Option<Fact<'_>> {
     }
 }
 
-fn of_occurrence<'a, N>(what: &'a What<N>, name: impl Fn(&'a N) -> Option<&'a str>) -> Option<Fact<'a>> {
+fn of_occurrence<'a, N: Naming>(
+    what: &'a What<N>,
+    name: impl Fn(&'a N) -> Option<&'a str>,
+) -> Option<Fact<'a>> {
     match what {
         What::HealthChanged { schema, health } => Some(Fact::Health {
             schema: name(schema)?,

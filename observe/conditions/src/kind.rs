@@ -7,7 +7,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 /// A kind of value.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum ValueKind {
     /// Known only at evaluation.
     Any,
     Bool,
@@ -15,11 +15,11 @@ pub(crate) enum Kind {
     UInt,
     Double,
     Text,
-    List(Box<Kind>),
+    List(Box<ValueKind>),
     Struct(Arc<Type>),
 }
 
-impl Kind {
+impl ValueKind {
     /// Returns the kind of a variable. A type with a single number as its only field counts as that number.
     pub(crate) fn of(value_type: &Arc<Type>) -> Self {
         match value_type.as_number() {
@@ -56,7 +56,7 @@ impl Kind {
 }
 
 /// The kind with its article: "a double", "a list".
-impl fmt::Display for Kind {
+impl fmt::Display for ValueKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Any => f.write_str("a value"),

@@ -37,7 +37,7 @@ impl Names {
                         let name = format!("{}.{}", instance.name, port.name);
                         variables.insert(name, Arc::clone(&port.value_type));
                     }
-                    Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => {}
+                    Role::Import | Role::Actuator | Role::ChildModulation { .. } => {}
                 }
             }
             variables.insert(format!("{}.period", instance.name), Arc::clone(&period));

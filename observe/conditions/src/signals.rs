@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{FieldKind, Scalar, Type};
 use jde_board::Nanos;
-use jde_core::State;
+use jde_core::{Id, State};
 use jde_records::RunRecord;
 use jde_records::event::{Event, Occurrence, What};
 use jde_types::{Flag, Value};
@@ -49,7 +49,7 @@ pub struct Signals {
     /// The signals that changed since [`Self::take_changes`].
     changed: Vec<usize>,
     schemas: Vec<SchemaSignals>,
-    robots: Vec<Robot>,
+    robots: Vec<RobotTruth>,
 }
 
 struct Signal {
@@ -70,7 +70,7 @@ struct SchemaSignals {
 }
 
 /// A variable with the truth about a simulated robot.
-struct Robot {
+struct RobotTruth {
     variable: String,
     clearance_offset: usize,
     collisions_offset: usize,
@@ -96,7 +96,7 @@ impl Signals {
     /// Creates the signals of an application that begins.
     #[must_use]
     pub fn new(names: &Names) -> Self {
-        let robots: Vec<_> = names.variables.iter().filter_map(Robot::of).collect();
+        let robots: Vec<_> = names.variables.iter().filter_map(RobotTruth::of).collect();
         let is_simulated = !robots.is_empty();
         let common = COMMON.into_iter().enumerate().map(|(number, name)| {
             let (value, is_missing) = match number {
@@ -161,7 +161,7 @@ impl Signals {
     /// Processes an event of the application that has these names.
     pub fn process_event(&mut self, event: &Event) {
         match event {
-            Event::State(change) => self.set_state(change.time, change.schema, change.to),
+            Event::State(change) => self.set_state(change.time, change.schema.index(), change.to),
             Event::Decision(record) => {
                 for candidate in record.candidates.iter() {
                     self.set_candidate(record.time, candidate.id.index(), candidate.ready);
@@ -322,7 +322,7 @@ fn won(schema: usize) -> usize {
     COMMON.len() + 2 * schema
 }
 
-impl Robot {
+impl RobotTruth {
     fn of((name, value_type): (&String, &Arc<Type>)) -> Option<Self> {
         let offset = |field: &str, scalar| {
             let found = value_type.fields.iter().find(|known| known.name == field)?;

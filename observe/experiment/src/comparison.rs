@@ -18,7 +18,7 @@ const SEED: &str = "seed";
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
     /// In the order of their first drives.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ComparisonRow>,
     /// The digits of each measure.
     pub digits: Vec<Digits>,
     /// The digits of the differences of each measure.
@@ -27,7 +27,7 @@ pub struct Comparison {
 
 /// The drives with the same values of all axes but the seed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct ComparisonRow {
     /// The axes that differ between rows and their values: `goon.fast 0.5 m/s, variant tried`. "all drives"
     /// if it is the only row.
     pub name: String,
@@ -75,13 +75,13 @@ impl Comparison {
         let first = groups.first().cloned().unwrap_or_default();
         let rows = groups.into_iter().enumerate().map(|(number, group)| {
             let paired = (number > 0).then(|| Paired::of(columns, results, seed?, &group, &first));
-            Row {
+            ComparisonRow {
                 name: name(columns, &results[group[0]], &differing),
                 paired: paired.flatten(),
-                ..Row::of(columns, results, group)
+                ..ComparisonRow::of(columns, results, group)
             }
         });
-        let rows: Vec<Row> = rows.collect();
+        let rows: Vec<ComparisonRow> = rows.collect();
         let digits = |measure: usize| {
             let statistics = rows.iter().filter_map(|row| row.measures[measure]);
             Digits::of(statistics.map(|found| (found.median, found.interval)))
@@ -100,7 +100,7 @@ impl Comparison {
     }
 }
 
-impl Row {
+impl ComparisonRow {
     /// A row without a name and without differences.
     fn of(columns: &Columns, results: &[DriveResult], group: Vec<usize>) -> Self {
         let all = || group.iter().map(|place| &results[*place]);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use jde_app::Override;
+use jde_app::{Faults, Override};
 use jde_conditions::Expression;
 use jde_core::Nanos;
 use jde_host::Mock;
@@ -61,6 +61,8 @@ pub struct Experiment {
     pub robot: Option<Footprint>,
     /// The columns of the results.
     pub columns: Columns,
+    /// Names of before that the file uses: no reason to refuse it.
+    pub concerns: Option<Faults>,
 }
 
 /// Something that varies.
@@ -78,12 +80,12 @@ pub enum AxisValues {
     /// Seeds of the application.
     Seeds(Vec<u64>),
     /// Anything else.
-    Choices(Vec<Choice>),
+    Choices(Vec<AxisChoice>),
 }
 
 /// A value of an axis.
 #[derive(Clone, Debug)]
-pub struct Choice {
+pub struct AxisChoice {
     /// The value in results.
     pub label: Value,
     /// The seed that it states.

@@ -87,7 +87,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::result::Failure;
+    use crate::result::DriveFailure;
 
     fn result(outcome: Outcome, properties: [Option<bool>; 2]) -> DriveResult {
         DriveResult {
@@ -99,9 +99,9 @@ mod tests {
             properties: properties.to_vec(),
             measures: Vec::new(),
             why: "collisions > 0 at 12.3 s".into(),
-            failure: Some(Failure {
+            failure: Some(DriveFailure {
                 selections: vec!["12.000 s example/base: <vff>".into()],
-                ..Failure::default()
+                ..DriveFailure::default()
             }),
         }
     }

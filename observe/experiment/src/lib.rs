@@ -24,4 +24,4 @@ pub mod store;
 pub mod summary;
 pub mod worker;
 
-pub use experiment::{Axis, AxisValues, Choice, Experiment, Mission, Variant};
+pub use experiment::{Axis, AxisChoice, AxisValues, Experiment, Mission, Variant};

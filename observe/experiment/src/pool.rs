@@ -6,15 +6,16 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use jde_isolation::Program;
 use jde_isolation::descendants::{Descendants, end_after};
 use jde_isolation::lines::Lines;
+use parking_lot::Mutex;
 
 use crate::drive::unjudged;
 use crate::experiment::Experiment;
@@ -69,7 +70,7 @@ pub fn run(
 ) -> io::Result<()> {
     let waiting = Mutex::new(tasks.iter().copied().collect::<VecDeque<_>>());
     let next = || {
-        let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut waiting = waiting.lock();
         waiting
             .pop_front()
             .filter(|_| !options.stop.load(Ordering::Relaxed))
@@ -203,7 +204,7 @@ impl Worker {
         let (kept, printed) = (Arc::clone(&errors), Lines::of(&child, stream, MAX_ERROR)?);
         let error_reader = thread::spawn(move || {
             for line in printed {
-                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut kept = kept.lock();
                 if kept.len() == KEPT_LINES {
                     kept.pop_front();
                 }
@@ -249,7 +250,7 @@ impl Worker {
         if let Some(reader) = self.error_reader.take() {
             let _ = reader.join();
         }
-        let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        let errors = self.errors.lock();
         // A note says how to get more, not what happened.
         let tells = |line: &&String| !line.trim().is_empty() && !line.starts_with("note:");
         let last = errors.iter().rev().find(tells);

@@ -62,12 +62,12 @@ pub struct DriveResult {
     /// Why it did not pass, in words; empty if it passed.
     pub why: String,
     /// What led to the failure, if the drive failed.
-    pub failure: Option<Failure>,
+    pub failure: Option<DriveFailure>,
 }
 
 /// What led to a failure.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Failure {
+pub struct DriveFailure {
     /// When the first property failed, s.
     pub at: f64,
     /// The robot's position and heading at that time: m, m, rad.
@@ -112,7 +112,7 @@ impl DriveResult {
     /// Returns the result as a line of `results.jsonl`, without its line break.
     #[must_use]
     pub fn to_line(&self, columns: &Columns) -> String {
-        serde_json::to_string(&Line {
+        serde_json::to_string(&ResultLine {
             result: self,
             columns,
         })
@@ -154,12 +154,12 @@ impl DriveResult {
 }
 
 /// A result with the names of its columns.
-struct Line<'r> {
+struct ResultLine<'r> {
     result: &'r DriveResult,
     columns: &'r Columns,
 }
 
-impl Serialize for Line<'_> {
+impl Serialize for ResultLine<'_> {
     /// In the order of the columns, which a map of `serde_json` would lose.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { result, columns } = self;
@@ -210,7 +210,7 @@ mod tests {
             properties: vec![Some(false), None],
             measures: vec![Some(1.0 / 3.0)],
             why: "collisions > 0 at 12.3 s".into(),
-            failure: Some(Failure {
+            failure: Some(DriveFailure {
                 at: 12.3,
                 pose: Some([1.0, 2.0, 0.1]),
                 path: vec![[0.0, 0.0], [1.0, 2.0]],

@@ -73,7 +73,7 @@ pub fn serve(
         let line = line.map_err(|error| error.to_string())?;
         let mut words = line.split(' ').map(str::parse::<u64>);
         let Some(Ok(drive)) = words.next() else {
-            return Err(format!("`{line}` is no drive"));
+            return Err(format!("`{line}` is not a drive"));
         };
         let seed = words.next().and_then(Result::ok);
         let result = run(

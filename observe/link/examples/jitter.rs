@@ -12,7 +12,7 @@
 //! on another machine.
 
 use std::process::{Child, Command};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_abi::raw;
@@ -23,6 +23,7 @@ use jde_loader::{Plugins, SearchPath};
 use jde_records::RecordKind;
 use jde_records::event::{Event, Observer, StateChange};
 use jde_schema::prelude::*;
+use parking_lot::Mutex;
 use rustix::process::{Pid, Signal, kill_process};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
@@ -54,10 +55,7 @@ struct Beat {
 
 impl Schema for Beat {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        WAKE_UPS
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(cx.now());
+        WAKE_UPS.lock().push(cx.now());
         Ok(true.into())
     }
 
@@ -172,7 +170,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
         folder: folder.clone(),
         ..Settings::local("jitter")
     };
-    let subject = Arc::new(jde_link::Running::new(running.handle(), info));
+    let subject = Arc::new(jde_link_host::Running::new(running.handle(), info));
     let _link = match case {
         Case::NoLink => None,
         _ => Some(Link::open(&settings, subject, &events)?),
@@ -194,7 +192,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
     {
         client.stop()?;
     }
-    WAKE_UPS.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    WAKE_UPS.lock().clear();
     let start_time = Instant::now();
     while start_time.elapsed() < time {
         std::thread::sleep(Duration::from_secs(1).min(time));
@@ -204,8 +202,8 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
         }
     }
     drop(client);
-    let woke = std::mem::take(&mut *WAKE_UPS.lock().unwrap_or_else(PoisonError::into_inner));
-    let awoke = *AWAKENED_AT.lock().unwrap_or_else(PoisonError::into_inner);
+    let woke = std::mem::take(&mut *WAKE_UPS.lock());
+    let awoke = *AWAKENED_AT.lock();
     drop(running);
     Ok(woke.into_iter().map(|at| lateness(awoke, at)).collect())
 }
@@ -227,7 +225,7 @@ impl Observer for AwakeningObserver {
             ..
         }) = event
         {
-            *AWAKENED_AT.lock().unwrap_or_else(PoisonError::into_inner) = Duration::from_nanos(*time);
+            *AWAKENED_AT.lock() = Duration::from_nanos(*time);
         }
     }
 }

@@ -23,10 +23,7 @@ pub use client::{
 };
 pub use error::Error;
 pub use folder::Folders;
-pub use jde_board::nearest;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
-#[cfg(feature = "host")]
-pub use server::Running;
 pub use server::{
     Access, Events, Link, OnDrawn, PanelViewer, Settings, Subject, SubjectInfo, TokenBucket, schemas,
 };

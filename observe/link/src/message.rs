@@ -105,6 +105,9 @@ pub struct ChildInfo {
 pub struct PortInfo {
     /// Its name.
     pub name: String,
+    /// The name that it had before, if it was renamed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub former_name: Option<String>,
     /// `import`, `export`, `modulation`, `command`, `actuator` or `child-modulation`.
     pub role: String,
     /// The ROS 2 name of its type.
@@ -343,7 +346,7 @@ pub struct OperateReply {
     /// The outcome of a reload.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reloaded: Option<ReloadReport>,
-    /// The roots that a request to all schemas stopped or released.
+    /// The roots that a request to all schemas stopped or released; those that were not stopped are not released.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub roots: Vec<String>,
     /// What awake schemas lose by a stop or an unload: "goon loses its laser".
@@ -394,7 +397,8 @@ impl Action {
 
 impl Refusal {
     /// A refusal without a suggestion.
-    pub(crate) fn new(error: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn new(error: impl Into<String>) -> Self {
         Self {
             error: error.into(),
             nearest: None,
@@ -407,11 +411,11 @@ impl Refusal {
     }
 
     /// Refuses an unknown name and suggests the most similar one.
-    #[cfg(feature = "host")]
-    pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+    #[must_use]
+    pub fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         Self {
             error: format!("there is no {what} `{name}`"),
-            nearest: jde_board::nearest(name, known).map(str::to_owned),
+            nearest: jde_nearest::nearest(name, known).map(str::to_owned),
         }
     }
 }

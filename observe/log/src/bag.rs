@@ -36,7 +36,7 @@ pub(crate) struct Bag {
 const BAG: &str = "rosbag2_bagfile_information";
 
 /// A mapping or a list around a place of the file.
-struct Node {
+struct YamlNode {
     /// The key whose value it is; empty in a list.
     name: String,
     /// Whether it is itself a key.
@@ -164,26 +164,26 @@ impl Listed {
     fn read(text: &str) -> Result<Self, String> {
         let mut listed = Self::default();
         let mut others = Vec::new();
-        let mut around: Vec<Node> = Vec::new();
+        let mut around: Vec<YamlNode> = Vec::new();
         let mut is_bag = false;
         for event in Parser::new_from_str(text) {
-            let (event, _) = event.map_err(|error| format!("it is no YAML: {error}"))?;
+            let (event, _) = event.map_err(|error| format!("it is not YAML: {error}"))?;
             let value = match event {
                 Event::Scalar(value, ..) => value,
                 // An alias may stand for a name of a key, of which none is needed.
                 Event::Alias(_) => "".into(),
                 Event::MappingStart(..) | Event::SequenceStart(..) => {
                     let (name, is_key) = match around.last_mut() {
-                        Some(Node { key: Some(key), .. }) => {
+                        Some(YamlNode { key: Some(key), .. }) => {
                             let name = key.take();
                             let is_key = name.is_none();
                             (name, is_key)
                         }
-                        Some(Node { key: None, .. }) | None => (None, false),
+                        Some(YamlNode { key: None, .. }) | None => (None, false),
                     };
                     let is_mapping = matches!(event, Event::MappingStart(..));
                     is_bag |= around.len() == 1 && name.as_deref() == Some(BAG);
-                    around.push(Node {
+                    around.push(YamlNode {
                         name: name.unwrap_or_default(),
                         is_key,
                         key: is_mapping.then_some(None),
@@ -193,7 +193,7 @@ impl Listed {
                 Event::MappingEnd | Event::SequenceEnd => {
                     let ended = around.pop();
                     if ended.is_some_and(|ended| ended.is_key)
-                        && let Some(Node { key: Some(key), .. }) = around.last_mut()
+                        && let Some(YamlNode { key: Some(key), .. }) = around.last_mut()
                     {
                         *key = Some(String::new());
                     }
@@ -202,14 +202,14 @@ impl Listed {
                 _ => continue,
             };
             let key = match around.last_mut() {
-                Some(Node { key: Some(key), .. }) => match key.take() {
+                Some(YamlNode { key: Some(key), .. }) => match key.take() {
                     Some(key) => key,
                     None => {
                         *key = Some(value.into_owned());
                         continue;
                     }
                 },
-                Some(Node { key: None, .. }) | None => String::new(),
+                Some(YamlNode { key: None, .. }) | None => String::new(),
             };
             let path = around.iter().map(|node| node.name.as_str()).chain([key.as_str()]);
             // Deeper nodes say nothing of the files, and a hostile file may be deep.
@@ -357,7 +357,7 @@ rosbag2_bagfile_information:
         for (text, reason) in [
             ("", "it says nothing of a bag"),
             ("image: map.pgm\n", "it says nothing of a bag"),
-            ("{", "it is no YAML"),
+            ("{", "it is not YAML"),
             ("a: &a [x, x]\nb: [*a, *a]\n", "it says nothing of a bag"),
         ] {
             fs::write(folder.join(METADATA), text).unwrap();

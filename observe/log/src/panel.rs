@@ -7,17 +7,16 @@ use jde_ros::cdr::{self, Reader};
 use crate::Channel;
 
 /// The name of the type of the messages.
-pub(crate) const TYPE: &str = "jde_msgs/msg/Panel";
+pub const TYPE: &str = "jde_msgs/msg/Panel";
 /// Their definition.
-#[cfg(feature = "record")]
-pub(crate) const DEFINITION: &str = "\
+pub const DEFINITION: &str = "\
 # The drawing of a schema's panel.
 
 # The list of widgets, or a text with the reason why there is none, in CBOR.
 uint8[] cbor
 ";
 /// The key in a channel's metadata that names the panel's schema.
-pub(crate) const SCHEMA: &str = "panel";
+pub const SCHEMA: &str = "panel";
 
 /// Returns the topic of a schema's panel.
 #[must_use]
@@ -33,8 +32,8 @@ pub fn schema(channel: &Channel) -> Option<&str> {
 }
 
 /// Encodes the drawing of a panel, or the reason why there is none.
-#[cfg(feature = "record")]
-pub(crate) fn message(shown: &Result<List, String>) -> Vec<u8> {
+#[must_use]
+pub fn message(shown: &Result<List, String>) -> Vec<u8> {
     let cbor = match shown {
         Ok(list) => jde_panel::encode(list),
         Err(reason) => jde_panel::encode(reason),

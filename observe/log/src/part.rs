@@ -15,34 +15,34 @@ use crate::bag;
 use crate::recording::{self, scan};
 
 /// The name of the metadata with the mark of a part.
-pub(crate) const PART: &str = "jde/part";
+pub const PART: &str = "jde/part";
 /// The key in it of a file that was to be the only one.
 const WHOLE: &str = "whole";
 /// The name of the metadata with the position at which the new messages of a part begin. Before it, the part
 /// repeats the values in force. The first part has none.
-pub(crate) const BEGINS: &str = "jde/part/begins";
+pub const BEGINS: &str = "jde/part/begins";
 /// The key of that position, in bytes from the beginning of the file.
-pub(crate) const BYTE: &str = "byte";
+pub const BYTE: &str = "byte";
 /// The name of the metadata with the gap before a part.
-pub(crate) const GAP: &str = "jde/part/gap";
+pub const GAP: &str = "jde/part/gap";
 /// The largest size of a metadata record up to the mark, in bytes.
 const MAX_METADATA_BYTES: u64 = 1 << 20;
 
 /// The mark of a part: which part of which recording a file is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Mark {
+pub struct Mark {
     /// An identifier that all parts of one recording share, and no others have.
-    pub(crate) recording: String,
+    pub recording: String,
     /// The number of the part, from 1.
-    pub(crate) number: u32,
+    pub number: u32,
     /// Whether it was to be the only file. It has the name of the recording, and others only where the disk failed.
-    pub(crate) is_whole: bool,
+    pub is_whole: bool,
 }
 
 impl Mark {
     /// Returns the mark as metadata.
-    #[cfg(feature = "record")]
-    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
+    #[must_use]
+    pub fn to_metadata(&self) -> BTreeMap<String, String> {
         let whole = self.is_whole.then(|| (WHOLE.to_owned(), "yes".to_owned()));
         let mark = [
             ("recording".to_owned(), self.recording.clone()),
@@ -52,7 +52,8 @@ impl Mark {
     }
 
     /// Reads the mark from metadata.
-    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
+    #[must_use]
+    pub fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
         Some(Self {
             recording: metadata.get("recording")?.clone(),
             number: metadata.get("number")?.parse().ok()?,
@@ -64,7 +65,7 @@ impl Mark {
     ///
     /// # Errors
     /// The file cannot be read, or is no recording.
-    pub(crate) fn read(path: &Path) -> io::Result<Option<Self>> {
+    pub fn read(path: &Path) -> io::Result<Option<Self>> {
         let mut file = jde_files::open(path)?;
         let mut magic = Vec::new();
         Read::by_ref(&mut file)
@@ -113,8 +114,8 @@ pub struct Gap {
 
 impl Gap {
     /// Returns the gap as metadata.
-    #[cfg(feature = "record")]
-    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
+    #[must_use]
+    pub fn to_metadata(&self) -> BTreeMap<String, String> {
         let until = self.until.map(|until| ("until_ns".to_owned(), until.to_string()));
         let all = [
             ("from_ns".to_owned(), self.from.to_string()),
@@ -125,7 +126,8 @@ impl Gap {
     }
 
     /// Reads the gap from metadata.
-    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
+    #[must_use]
+    pub fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
         let number = |key: &str| metadata.get(key)?.parse().ok();
         Some(Self {
             from: number("from_ns")?,
@@ -229,7 +231,7 @@ pub(crate) fn find_recordings(path: &Path) -> io::Result<Found> {
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(crate) fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOut)> {
+pub fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOut)> {
     let (parts, left_out) = find_marked(path)?;
     // Those in which a recording in the file itself went on belong to that one.
     let own = path.is_file().then(|| Mark::read(path).ok().flatten()).flatten();
@@ -244,7 +246,7 @@ pub(crate) fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOu
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(crate) fn find_further_parts(path: &Path, mark: &Mark) -> io::Result<(Vec<PathBuf>, LeftOut)> {
+pub fn find_further_parts(path: &Path, mark: &Mark) -> io::Result<(Vec<PathBuf>, LeftOut)> {
     let (parts, left_out) = find_marked(path)?;
     let is_further = |file: &Marked| file.mark.recording == mark.recording && file.mark.number > mark.number;
     let further = parts.into_iter().filter(is_further);
@@ -290,7 +292,8 @@ fn find_marked(path: &Path) -> io::Result<(Vec<Marked>, LeftOut)> {
 }
 
 /// Returns the name with a number: `drive-001.mcap` for `drive.mcap`.
-pub(crate) fn numbered(path: &Path, number: u32) -> PathBuf {
+#[must_use]
+pub fn numbered(path: &Path, number: u32) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(format!("-{number:03}"));
     if let Some(extension) = path.extension() {

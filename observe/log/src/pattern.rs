@@ -2,6 +2,7 @@
 
 use jde_abi::describe::Role;
 use jde_app::Application;
+use jde_nearest::nearest;
 
 /// A selection of variables. The default selects all of them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,7 +27,7 @@ pub fn variables(application: &Application) -> Vec<String> {
     for instance in &application.instances {
         let own = instance.schema.ports.iter().filter(|port| match port.role {
             Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => true,
-            Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => false,
+            Role::Import | Role::Actuator | Role::ChildModulation { .. } => false,
         });
         names.extend(own.map(|port| format!("{}.{}", instance.name, port.name)));
         names.push(format!("{}.period", instance.name));
@@ -46,7 +47,7 @@ impl Selection {
             if !names.iter().any(|name| is_match(pattern, name)) {
                 return Err(UnknownPattern {
                     pattern: pattern.clone(),
-                    nearest: nearest(pattern, names),
+                    nearest: nearest(pattern, names.iter().map(String::as_str)).map(str::to_owned),
                 });
             }
         }
@@ -78,16 +79,6 @@ fn is_match(pattern: &str, name: &str) -> bool {
         name = &name[found + piece.len()..];
     }
     name.ends_with(last)
-}
-
-/// Returns the most similar name, if at most a third of its letters differ.
-fn nearest(pattern: &str, names: &[String]) -> Option<String> {
-    names
-        .iter()
-        .map(|name| (strsim::damerau_levenshtein(pattern, name), name))
-        .filter(|(distance, name)| distance * 3 <= pattern.len().max(name.len()))
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, name)| name.clone())
 }
 
 #[cfg(test)]

@@ -5,17 +5,12 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
 
-use jde_core::Health;
 use jde_records::RunRecord;
-use jde_records::event::{Occurrence, What};
+use jde_timeline::Timeline;
 use serde::Serialize;
 
 use crate::part::Gap;
-use crate::{Damage, Message, ReadError, RecordedVariables, Recording, record};
-
-/// The largest number of schemas whose problems are reported, which is the largest number of schemas of an
-/// application.
-const MAX_PROBLEM_SCHEMAS: usize = 10_000;
+use crate::{Damage, ReadError, RecordedMessage, RecordedVariables, Recording, record};
 
 /// The survey of a recording. Times are in ns since 1970 unless stated otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -137,9 +132,6 @@ pub struct SchemaProblems {
     pub late: u64,
     /// The text of the last fault.
     pub last_fault: Option<String>,
-    /// Whether a call has not returned. The fault that follows is the same.
-    #[serde(skip)]
-    pub hangs: bool,
 }
 
 /// Where a recording ends too early.
@@ -167,10 +159,14 @@ impl Survey {
         let variables = RecordedVariables::of(recording);
         let mut left_out = variables.left_out().clone();
         let mut value = Vec::new();
+        let mut timeline = Timeline::default();
         for message in recording.messages()? {
             match message {
                 Ok(message) => {
-                    survey.add(&message);
+                    let record = record::read(&message);
+                    if survey.add(&message, record.as_ref()) {
+                        record.iter().for_each(|record| timeline.add(record));
+                    }
                     variables.check(&message, &mut value, &mut left_out);
                 }
                 Err(error) => survey.end_with(error)?,
@@ -178,11 +174,14 @@ impl Survey {
         }
         survey.left_out = left_out.lines().collect();
         survey.finish();
+        survey.groups = GroupSurvey::of(&timeline);
+        survey.troubled = SchemaProblems::of(&timeline);
         Ok(survey)
     }
 
     /// Starts a survey before the messages are read. For callers that also read the messages for another
-    /// purpose: they call [`add`](Self::add) for each message, and then [`finish`](Self::finish).
+    /// purpose: they call [`add`](Self::add) for each message, and then [`finish`](Self::finish). Such a survey has neither
+    /// groups nor problems, which a [`Timeline`] of the caller has.
     ///
     /// # Errors
     /// [`ReadError::File`].
@@ -263,8 +262,9 @@ impl Survey {
         times.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 / 1e9)
     }
 
-    /// Adds the next message.
-    pub fn add(&mut self, message: &Message) {
+    /// Adds the next message, and the record in it. Returns whether it is of the time of the file: what was in force at its
+    /// beginning is older.
+    pub fn add(&mut self, message: &RecordedMessage, record: Option<&RunRecord>) -> bool {
         self.messages += 1;
         let first = *self.first_ns.get_or_insert(message.log_time);
         self.last_ns = Some(message.log_time);
@@ -277,27 +277,10 @@ impl Survey {
             topic.first_ns.get_or_insert(message.log_time);
             topic.last_ns = Some(message.log_time);
         }
-        // The values in force at the beginning of the file are older than it.
-        if message.publish_time < first {
-            return;
-        }
-        match record::read(message) {
-            Some(RunRecord::Decision(decision)) => {
-                self.decisions += 1;
-                let is_group = |survey: &&mut GroupSurvey| survey.group == decision.group;
-                let group = match self.groups.iter_mut().find(is_group) {
-                    Some(group) => group,
-                    None => self.groups.push_mut(GroupSurvey {
-                        group: decision.group.clone(),
-                        ..GroupSurvey::default()
-                    }),
-                };
-                group.decisions += 1;
-                group.switches += u64::from(decision.changed);
-            }
-            Some(RunRecord::Other(event)) => SchemaProblems::count(&mut self.troubled, &event),
-            Some(RunRecord::State(_)) | None => {}
-        }
+        let is_of_file = message.publish_time >= first;
+        let is_decision = matches!(record, Some(RunRecord::Decision(_)));
+        self.decisions += u64::from(is_of_file && is_decision);
+        is_of_file
     }
 }
 
@@ -326,60 +309,32 @@ impl PartsSurvey {
 }
 
 impl SchemaProblems {
-    /// Counts an event if it is a problem of a schema. Adds the schema to `all` if it is not in it.
-    pub fn count(all: &mut Vec<Self>, event: &Occurrence<String>) {
-        match &event.what {
-            What::HealthChanged { schema, health } => match health {
-                Health::Faulted(_) => Self::of(all, schema, |problems| {
-                    problems.faults += u64::from(!problems.hangs);
-                    problems.hangs = false;
-                    problems.last_fault = Some(event.text());
-                }),
-                Health::Ok => Self::of(all, schema, |problems| problems.hangs = false),
-                // An overrun has an event of its own.
-                Health::Overrun | Health::ArbitrationFailed(_) => {}
-            },
-            What::CallAbandoned { schema, .. } => Self::of(all, schema, |problems| problems.hangs = false),
-            What::Hung { schema, .. } => Self::of(all, schema, |problems| {
-                problems.faults += 1;
-                problems.hangs = true;
-                problems.last_fault = Some(event.text());
-            }),
-            What::Overrun { schema, .. } => Self::of(all, schema, |problems| problems.overruns += 1),
-            What::Refused { schema, .. } => Self::of(all, schema, |problems| problems.refused += 1),
-            What::TookOver { schema, .. } if event.what.is_late() => {
-                Self::of(all, schema, |problems| problems.late += 1);
-            }
-            What::TookOver { .. }
-            | What::ChatteringStarted { .. }
-            | What::ChatteringEnded { .. }
-            | What::StoodStill { .. }
-            | What::WentOn { .. }
-            | What::Stalled { .. }
-            | What::AbandonedCallReturned { .. }
-            | What::Limited { .. }
-            | What::Operator { .. }
-            | What::Reloaded { .. }
-            | What::ReloadRolledBack { .. }
-            | What::Retracted { .. }
-            | What::Triggered { .. }
-            | What::Ended { .. }
-            | What::Unknown { .. } => {}
-        }
+    /// Returns the problems of each schema that had any.
+    fn of(timeline: &Timeline) -> Vec<Self> {
+        let schemas = timeline.hierarchy().schemas().iter().zip(timeline.schemas());
+        let problems = schemas.map(|(schema, known)| Self {
+            schema: schema.name.clone(),
+            faults: known.counts.faults,
+            overruns: known.counts.overruns,
+            refused: known.counts.refused,
+            late: known.counts.late,
+            last_fault: known.last_fault.clone(),
+        });
+        let has_any = |of: &Self| of.faults + of.overruns + of.refused + of.late > 0;
+        problems.filter(has_any).collect()
     }
+}
 
-    /// Changes the problems of a schema, which is added if there is a place.
-    fn of(all: &mut Vec<Self>, schema: &str, change: impl FnOnce(&mut Self)) {
-        let full = all.len() == MAX_PROBLEM_SCHEMAS;
-        let problems = match all.iter_mut().find(|problems| problems.schema == *schema) {
-            Some(problems) => problems,
-            None if full => return,
-            None => all.push_mut(Self {
-                schema: schema.to_owned(),
-                ..Self::default()
-            }),
-        };
-        change(problems);
+impl GroupSurvey {
+    /// Returns the selections of each group that made any.
+    fn of(timeline: &Timeline) -> Vec<Self> {
+        let groups = timeline.hierarchy().groups().iter().zip(timeline.groups());
+        let groups = groups.map(|(group, known)| Self {
+            group: group.name.clone(),
+            decisions: known.counts.selections,
+            switches: known.counts.switches,
+        });
+        groups.filter(|group| group.decisions > 0).collect()
     }
 }
 

@@ -3,14 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use jde_app::{Application, Binding, InstanceConfig};
-use jde_core::{GroupContract, contract};
+use jde_core::{GroupContract, SchemaId, contract};
+use jde_timeline::{Hierarchy, SchemaEntry};
 use serde::{Deserialize, Serialize};
 
 use crate::Recording;
 
 /// The name of the topic with every turn of every schema, recorded like a variable, so that a replay can repeat
 /// it.
-pub(crate) const TOPIC: &str = "/jde/turns";
+pub const TURNS_TOPIC: &str = "/jde/turns";
 /// The key in the topic's metadata under which the recording describes its schemas, in JSON.
 const HIERARCHY_KEY: &str = "cast";
 
@@ -65,11 +66,11 @@ pub struct RecordedGroup {
 /// Returns the drivers that a schema commands.
 fn commanded(application: &Application, instance: &InstanceConfig) -> Vec<String> {
     let targets = instance.bindings.iter().filter_map(|binding| match binding {
-        Binding::Actuator { target } => target.map(|(driver, _)| driver),
+        Binding::Actuator { target } => target.map(|command| command.instance),
         _ => None,
     });
-    let drivers: BTreeSet<usize> = targets.collect();
-    let name = |driver: usize| application.instances[driver].name.clone();
+    let drivers: BTreeSet<SchemaId> = targets.collect();
+    let name = |driver: SchemaId| application.instances[driver].name.clone();
     drivers.into_iter().map(name).collect()
 }
 
@@ -78,7 +79,7 @@ impl RecordedHierarchy {
     #[must_use]
     pub fn of(application: &Application, lockstep: bool) -> Self {
         let instances = application.instances.iter();
-        let name = |number: &usize| application.instances[*number].name.clone();
+        let name = |id: &SchemaId| application.instances[*id].name.clone();
         let contracts = contract(&application.spec());
         Self {
             lockstep,
@@ -126,9 +127,33 @@ impl RecordedHierarchy {
             .or_else(|| Self::read(recording.metadata("jde")?))
     }
 
+    /// Returns them as a timeline has them, with the same places.
+    #[must_use]
+    pub fn hierarchy(&self) -> Hierarchy {
+        let mut hierarchy = Hierarchy::default();
+        for schema in &self.schemas {
+            hierarchy.describe(SchemaEntry {
+                name: schema.name.clone(),
+                type_name: schema.type_name.clone(),
+                period: schema.period_ns,
+                commands: schema.commands.clone(),
+                ..SchemaEntry::default()
+            });
+        }
+        for group in &self.groups {
+            let members = group.members.iter().map(String::as_str);
+            let place = hierarchy.describe_group(&group.name, None, members);
+            if let Some(known) = place.and_then(|place| hierarchy.group_mut(place)) {
+                known.policy = group.policy.clone().unwrap_or_default();
+                known.contract = group.takeover_ns;
+            }
+        }
+        hierarchy
+    }
+
     /// Returns the entry for a recording's metadata: key and JSON text.
-    #[cfg(feature = "record")]
-    pub(crate) fn metadata_entry(&self) -> (String, String) {
+    #[must_use]
+    pub fn metadata_entry(&self) -> (String, String) {
         // Names and numbers can always be written as JSON.
         (
             HIERARCHY_KEY.to_owned(),

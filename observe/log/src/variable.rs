@@ -8,8 +8,8 @@ use jde_files::{Budget, LeftOut};
 use jde_ros::{cdr, definition};
 use jde_types::Value;
 
-use crate::turns::TOPIC;
-use crate::{Channel, Message, Recording, common, foreign, panel, record};
+use crate::turns::TURNS_TOPIC;
+use crate::{Channel, RecordedMessage, Recording, common, foreign, panel, record};
 
 /// The largest value of a type whose capacities no recording states, bytes.
 const MOST_BYTES: usize = 16 << 20;
@@ -234,7 +234,7 @@ impl RecordedVariables {
     }
 
     /// Adds to a report what of a message cannot be read. Own recordings have the values of their types.
-    pub fn check(&self, message: &Message, value: &mut Vec<u8>, left_out: &mut LeftOut) {
+    pub fn check(&self, message: &RecordedMessage, value: &mut Vec<u8>, left_out: &mut LeftOut) {
         let Some(variable) = self.get(&message.channel).filter(|variable| variable.is_foreign) else {
             return;
         };
@@ -374,5 +374,5 @@ fn foreign_type(name: &str, text: &str) -> Result<Type, String> {
 
 /// Whether a channel contains values, instead of what a run reports of itself.
 fn is_variable(channel: &Channel) -> bool {
-    channel.topic != TOPIC && record::kind(channel).is_none() && panel::schema(channel).is_none()
+    channel.topic != TURNS_TOPIC && record::kind(channel).is_none() && panel::schema(channel).is_none()
 }

@@ -6,7 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use crate::drawing::color_role;
+use jde_drawing::style;
 
 const STYLE: &str = include_str!("document.css");
 
@@ -36,7 +36,7 @@ impl Document<'_> {
     }
 
     fn markup(&self) -> Markup {
-        let style = format!("{}{STYLE}{}", color_role::style(), self.style);
+        let style = format!("{}{STYLE}{}", style(), self.style);
         html! {
             (DOCTYPE)
             html lang="en" {

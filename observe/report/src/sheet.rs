@@ -2,12 +2,12 @@
 //! one time axis.
 
 use jde_core::Nanos;
+use jde_drawing::Picture;
+use jde_drawing::map::{self, Palette};
+use jde_drawing::{Align, ColorRole, Drawing};
 
 use crate::analysis::{Analysis, Columns, Series, Trace};
 use crate::chart::{self, Area, Bands, SMALL};
-use crate::drawing::{Align, ColorRole, Drawing};
-use crate::map::{self, Palette};
-use crate::picture::Picture;
 
 /// Area of the usual picture, units. A larger picture shows the same content at a larger scale, not more.
 const UNITS: f32 = 1600.0 * 1067.0;
@@ -108,76 +108,74 @@ impl<'t> Layout<'t> {
     }
 }
 
-impl Picture {
-    /// Draws a recording: its selected numbers if there are any, otherwise the robots' paths; and below the
-    /// schemas' states.
-    #[must_use]
-    pub fn of_recording(analysis: &Analysis, size: Size) -> Self {
-        let layout = Layout::new(analysis, size);
-        let (times, drive) = (layout.times, &analysis.ending.drive);
-        let mut drawing = Drawing::new(layout.width, layout.height);
-        if layout.has_map {
-            map::draw_within(&mut drawing, drive, layout.width, times.top);
-        } else {
-            heading(&mut drawing, analysis, MARGIN);
-        }
-        if layout.has_lines {
-            let area = Area {
-                top: HEADING,
-                height: (times.top - HEADING).max(40.0),
-                ..times
-            };
-            chart::charts(&mut drawing, area, analysis.columns, &analysis.traces);
-        }
-        chart::time_grid(&mut drawing, times, analysis.columns);
-        layout.bands.draw(&mut drawing, times, &Palette::of(drive));
-        if layout.has_lines || layout.bands.height() > 0.0 {
-            chart::time_axis(&mut drawing, times, analysis.columns);
-        }
-        for (number, remark) in layout.remarks.iter().enumerate() {
-            let y = layout.remarks_top + (number as f32 + 0.5) * REMARK;
-            let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * MARGIN);
-            drawing.label(&text, SMALL, (MARGIN, y), Align::Left, ColorRole::Soft);
-        }
-        Self::new(drawing, layout.scale)
+/// Draws a recording: its selected numbers if there are any, otherwise the robots' paths; and below the
+/// schemas' states.
+#[must_use]
+pub fn draw_recording(analysis: &Analysis, size: Size) -> Picture {
+    let layout = Layout::new(analysis, size);
+    let (times, drive) = (layout.times, &analysis.ending.drive);
+    let mut drawing = Drawing::new(layout.width, layout.height);
+    if layout.has_map {
+        map::draw_within(&mut drawing, drive, layout.width, times.top);
+    } else {
+        heading(&mut drawing, analysis, MARGIN);
     }
-
-    /// Draws numbers over time. A value holds until the next.
-    #[must_use]
-    pub fn of_numbers(title: &str, numbers: Vec<Numbers>, size: Size) -> Self {
-        let (scale, width, height) = size.units();
-        let values = numbers.iter().flat_map(|(_, values)| values);
-        let (from, to) = values.fold((Nanos::MAX, 0), |(from, to), (time, _)| {
-            (from.min(*time), to.max(*time))
-        });
-        let columns = Columns::new(from.min(to), to, size.columns());
-        let traces = numbers.into_iter().map(|(name, values)| {
-            let mut trace = Trace::new(columns);
-            for (time, value) in values {
-                trace.add(columns, time, Some(value));
-            }
-            trace.finish(columns);
-            let in_no_recording = Series {
-                topic: String::new(),
-                variable: String::new(),
-                name,
-                unit: String::new(),
-                number: Box::new(|_| Ok(None)),
-            };
-            (in_no_recording, trace)
-        });
-        let mut drawing = Drawing::new(width, height);
-        drawing.text(title, 32.0, (MARGIN, 52.0), Align::Left, ColorRole::Ink);
+    if layout.has_lines {
         let area = Area {
-            left: AXIS,
-            top: TITLE,
-            width: (width - AXIS - MARGIN).max(40.0),
-            height: (height - TITLE - TIMES).max(40.0),
+            top: HEADING,
+            height: (times.top - HEADING).max(40.0),
+            ..times
         };
-        chart::charts(&mut drawing, area, columns, &Vec::from_iter(traces));
-        chart::time_axis(&mut drawing, area, columns);
-        Self::new(drawing, scale)
+        chart::charts(&mut drawing, area, analysis.columns, &analysis.traces);
     }
+    chart::time_grid(&mut drawing, times, analysis.columns);
+    layout.bands.draw(&mut drawing, times, &Palette::of(drive));
+    if layout.has_lines || layout.bands.height() > 0.0 {
+        chart::time_axis(&mut drawing, times, analysis.columns);
+    }
+    for (number, remark) in layout.remarks.iter().enumerate() {
+        let y = layout.remarks_top + (number as f32 + 0.5) * REMARK;
+        let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * MARGIN);
+        drawing.label(&text, SMALL, (MARGIN, y), Align::Left, ColorRole::Soft);
+    }
+    Picture::new(drawing, layout.scale)
+}
+
+/// Draws numbers over time. A value holds until the next.
+#[must_use]
+pub fn draw_numbers(title: &str, numbers: Vec<Numbers>, size: Size) -> Picture {
+    let (scale, width, height) = size.units();
+    let values = numbers.iter().flat_map(|(_, values)| values);
+    let (from, to) = values.fold((Nanos::MAX, 0), |(from, to), (time, _)| {
+        (from.min(*time), to.max(*time))
+    });
+    let columns = Columns::new(from.min(to), to, size.columns());
+    let traces = numbers.into_iter().map(|(name, values)| {
+        let mut trace = Trace::new(columns);
+        for (time, value) in values {
+            trace.add(columns, time, Some(value));
+        }
+        trace.finish(columns);
+        let in_no_recording = Series {
+            topic: String::new(),
+            variable: String::new(),
+            name,
+            unit: String::new(),
+            number: Box::new(|_| Ok(None)),
+        };
+        (in_no_recording, trace)
+    });
+    let mut drawing = Drawing::new(width, height);
+    drawing.text(title, 32.0, (MARGIN, 52.0), Align::Left, ColorRole::Ink);
+    let area = Area {
+        left: AXIS,
+        top: TITLE,
+        width: (width - AXIS - MARGIN).max(40.0),
+        height: (height - TITLE - TIMES).max(40.0),
+    };
+    chart::charts(&mut drawing, area, columns, &Vec::from_iter(traces));
+    chart::time_axis(&mut drawing, area, columns);
+    Picture::new(drawing, scale)
 }
 
 /// The area of the bands of a picture.
@@ -229,7 +227,7 @@ mod tests {
         };
         let step = |time: u64| (time * 1_000_000_000, if time < 10 { 0.0 } else { 1.0 });
         let numbers = vec![("speed".to_owned(), (5..=15).map(step).collect())];
-        let pixels = Picture::of_numbers("a step", numbers, size).png().unwrap();
+        let pixels = draw_numbers("a step", numbers, size).png().unwrap();
         let pixels = tiny_skia::Pixmap::decode_png(&pixels).unwrap();
         assert_eq!((pixels.width(), pixels.height()), (800, 400));
         let height_at = |share: f32| {
@@ -244,10 +242,7 @@ mod tests {
         };
         let (before, after) = (height_at(0.25).unwrap(), height_at(0.75).unwrap());
         assert!(before > after + 200, "{before} and {after}");
-        let empty = Picture::of_numbers("nothing", Vec::new(), size).png().unwrap();
-        assert_ne!(
-            empty,
-            Picture::of_numbers("else", Vec::new(), size).png().unwrap()
-        );
+        let empty = draw_numbers("nothing", Vec::new(), size).png().unwrap();
+        assert_ne!(empty, draw_numbers("else", Vec::new(), size).png().unwrap());
     }
 }

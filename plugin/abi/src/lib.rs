@@ -4,15 +4,17 @@
 //! - [`describe`] contains the description of a plugin as owned Rust values.
 //! - [`read`] converts the tables to descriptions, and checks every table before it is used.
 //! - [`mod@write`] converts descriptions to tables.
+//! - [`host`] makes the table of a host from its methods.
 //! - [`table`] reads and writes tables of different minor versions.
 //! - [`state`], [`inspect`], [`guard`] and [`lists`] are the host's sides of saving a memory, of inspecting
 //!   modulations, of judging commands and of ports that an application lists.
 //! - [`mod@unit`] defines the known units.
 //!
-//! This crate loads nothing, starts nothing and depends on nothing.
+//! This crate loads nothing, starts nothing, and uses no library but serde, for the descriptions.
 
 pub mod describe;
 pub mod guard;
+pub mod host;
 pub mod inspect;
 pub mod lists;
 pub mod raw;

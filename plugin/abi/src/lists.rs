@@ -4,17 +4,20 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::describe::Type;
+use serde::{Deserialize, Serialize};
+
+use crate::describe::{Type, shared};
 use crate::{raw, table, write};
 
 /// A port of a list, as an application states it. Its number in calls follows those of the type's own ports.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ListedPort {
     /// The place of its list among the lists of the type.
     pub list: usize,
     /// The entry's key in the application file.
     pub label: String,
     /// The type of its value.
+    #[serde(with = "shared")]
     pub value_type: Arc<Type>,
     /// Its settings, in the type of the list.
     pub settings: Vec<u8>,

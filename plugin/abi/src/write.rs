@@ -12,92 +12,69 @@ use std::ffi::CString;
 use crate::describe::{Field, FieldKind, Form, Kind, Plugin, Port, Role, RosNotation, Scalar, Schema, Type};
 use crate::raw;
 
-/// The functions of a type of schema, with the meaning of the fields of [`raw::Schema`].
-#[derive(Clone, Copy)]
-#[allow(missing_docs, reason = "the fields of `raw::Schema` describe them")]
-pub struct Functions {
-    pub create: unsafe extern "C" fn(*const raw::Schema, *const raw::Host, *mut raw::Context) -> *mut c_void,
-    pub destroy: unsafe extern "C" fn(*mut c_void),
-    pub awake: unsafe extern "C" fn(*mut c_void, *mut raw::Context) -> i32,
-    pub check: unsafe extern "C" fn(*mut c_void, *mut raw::Context, *mut raw::Precondition) -> i32,
-    pub iterate: unsafe extern "C" fn(*mut c_void, *mut raw::Context) -> i32,
-    pub arbitrate:
-        unsafe extern "C" fn(*mut c_void, *mut raw::Context, *const raw::Level, *mut raw::Verdict) -> i32,
-    pub sleep: unsafe extern "C" fn(*mut c_void, *mut raw::Context),
-}
+/// What every type of schema of a plugin offers. Each function is that of the field of its name in [`raw::Schema`],
+/// [`raw::Panel`], [`raw::State`] or [`raw::Inspect`]; those that are not stated fail.
+#[allow(
+    missing_docs,
+    clippy::missing_safety_doc,
+    reason = "the fields of the tables describe the functions"
+)]
+pub trait Functions: 'static {
+    /// The version of the format of the memory.
+    const MEMORY: u32 = 1;
 
-/// The tables of the abilities, each with all its functions.
-pub trait Abilities: 'static {
-    /// Of [`raw::ABILITY_PANEL`].
-    const PANEL: raw::Panel;
-    /// Of [`raw::ABILITY_STATE`].
-    const STATE: raw::State;
-    /// Of [`raw::ABILITY_INSPECT`].
-    const INSPECT: raw::Inspect;
-}
-
-/// The optional functions of a type that its description does not state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Optional {
-    /// `touch` of the panel.
-    pub touch: bool,
-    /// The memory.
-    pub memory: bool,
-}
-
-impl Optional {
-    /// Returns the optional functions of a table.
-    ///
-    /// # Safety
-    /// The table follows the rules of [`raw`].
-    #[must_use]
-    pub unsafe fn of(table: &raw::Schema) -> Self {
-        // SAFETY: the caller's.
-        let (panel, state) = unsafe {
-            (
-                crate::table::ability::<raw::Panel>(table, raw::ABILITY_PANEL),
-                crate::table::ability::<raw::State>(table, raw::ABILITY_STATE),
-            )
-        };
-        Self {
-            touch: matches!(panel, Ok(Some(panel)) if panel.touch.is_some()),
-            memory: matches!(state, Ok(Some(_))),
-        }
+    unsafe extern "C" fn create(
+        schema: *const raw::Schema,
+        host: *const raw::Host,
+        cx: *mut raw::Context,
+    ) -> *mut c_void;
+    unsafe extern "C" fn destroy(_: *mut c_void) {}
+    unsafe extern "C" fn awake(_: *mut c_void, _: *mut raw::Context) -> i32 {
+        raw::FAILED
     }
-
-    /// Returns them as bits, which [`Self::from_bits`] reads.
-    #[must_use]
-    pub fn bits(self) -> u32 {
-        u32::from(self.touch) | u32::from(self.memory) << 1
+    unsafe extern "C" fn check(_: *mut c_void, _: *mut raw::Context, _: *mut raw::Precondition) -> i32 {
+        raw::FAILED
     }
-
-    /// Returns the functions that [`Self::bits`] wrote.
-    #[must_use]
-    pub fn from_bits(bits: u32) -> Self {
-        Self {
-            touch: bits & 1 != 0,
-            memory: bits & 2 != 0,
-        }
+    unsafe extern "C" fn iterate(_: *mut c_void, _: *mut raw::Context) -> i32 {
+        raw::FAILED
+    }
+    unsafe extern "C" fn arbitrate(
+        _: *mut c_void,
+        _: *mut raw::Context,
+        _: *const raw::Level,
+        _: *mut raw::Verdict,
+    ) -> i32 {
+        raw::FAILED
+    }
+    unsafe extern "C" fn sleep(_: *mut c_void, _: *mut raw::Context) {}
+    unsafe extern "C" fn draw(_: *mut c_void, _: *mut raw::Context, _: *const raw::Pen) -> i32 {
+        raw::FAILED
+    }
+    unsafe extern "C" fn touch(_: *mut c_void, _: *mut raw::Context, _: *const raw::Gesture) -> i32 {
+        raw::FAILED
+    }
+    unsafe extern "C" fn save(_: *mut c_void, _: *mut raw::Context, _: *const raw::Saver) -> i32 {
+        raw::FAILED
+    }
+    unsafe extern "C" fn restore(
+        _: *mut c_void,
+        _: *mut raw::Context,
+        _: u32,
+        _: *const c_void,
+        _: u64,
+    ) -> i32 {
+        raw::FAILED
+    }
+    unsafe extern "C" fn inspect(_: *mut c_void, _: *mut raw::Context, _: *const raw::Problems) -> i32 {
+        raw::FAILED
     }
 }
 
-/// Returns the table of a plugin. Each type has `functions`, but `check` only if it is a motor schema, and others as
-/// far as its description and its part of `optional` state them. Guards and lists of ports are not written.
+/// Returns the table of a plugin. Each type has the functions `F`, but `check` only if it is a motor schema, and others as
+/// far as its description states them. Guards and lists of ports are not written.
 #[must_use]
-pub fn plugin<A: Abilities>(
-    plugin: &Plugin,
-    functions: &Functions,
-    optional: &[Optional],
-) -> &'static raw::Plugin {
-    let schemas: Vec<raw::Schema> = plugin
-        .schemas
-        .iter()
-        .enumerate()
-        .map(|(index, schema)| {
-            let optional = optional.get(index).copied().unwrap_or_default();
-            self::schema::<A>(schema, functions, optional)
-        })
-        .collect();
+pub fn plugin<F: Functions>(plugin: &Plugin) -> &'static raw::Plugin {
+    let schemas: Vec<raw::Schema> = plugin.schemas.iter().map(schema::<F>).collect();
     leak(raw::Plugin {
         magic: raw::MAGIC,
         abi_major: raw::ABI_MAJOR,
@@ -113,7 +90,7 @@ pub fn plugin<A: Abilities>(
     })
 }
 
-fn schema<A: Abilities>(schema: &Schema, functions: &Functions, optional: Optional) -> raw::Schema {
+fn schema<F: Functions>(schema: &Schema) -> raw::Schema {
     let ports: Vec<raw::Port> = schema.ports.iter().map(port).collect();
     let child = |child: &crate::describe::Child| raw::Child {
         size: size_of::<raw::Child>() as u32,
@@ -140,17 +117,17 @@ fn schema<A: Abilities>(schema: &Schema, functions: &Functions, optional: Option
         ports: array(ports),
         child_count: children.len() as u32,
         children: array(children),
-        create: Some(functions.create),
-        destroy: Some(functions.destroy),
-        awake: Some(functions.awake),
-        check: (schema.kind == Kind::Motor).then_some(functions.check),
-        iterate: Some(functions.iterate),
-        arbitrate: schema.arbitrates.then_some(functions.arbitrate),
-        sleep: Some(functions.sleep),
-        ability: Some(ability::<A>(
+        create: Some(F::create),
+        destroy: Some(F::destroy),
+        awake: Some(F::awake),
+        check: (schema.kind == Kind::Motor).then_some(F::check as _),
+        iterate: Some(F::iterate),
+        arbitrate: schema.arbitrates.then_some(F::arbitrate as _),
+        sleep: Some(F::sleep),
+        ability: Some(ability::<F>(
             flag(schema.panel, PANEL)
-                | flag(optional.touch, TOUCH)
-                | flag(optional.memory, STATE)
+                | flag(schema.touch, TOUCH)
+                | flag(schema.memory, STATE)
                 | flag(schema.inspects, INSPECT),
         )),
     }
@@ -159,7 +136,7 @@ fn schema<A: Abilities>(schema: &Schema, functions: &Functions, optional: Option
 fn port(port: &Port) -> raw::Port {
     let mut table = raw::Port {
         size: size_of::<raw::Port>() as u32,
-        kind: raw::EXPORT,
+        kind: port.role.kind(),
         name: text(&port.name),
         doc: text(&port.doc),
         unit: text(&port.unit),
@@ -168,47 +145,29 @@ fn port(port: &Port) -> raw::Port {
         min: f64::NAN,
         max: f64::NAN,
         validity_ns: 0,
-        flags: flag(port.optional, raw::OPTIONAL),
+        flags: port.attributes.flags(),
         child: 0,
         choices: ptr::null(),
         choice_count: 0,
         reserved: 0,
+        former_name: port.former_name.as_deref().map_or(ptr::null(), text),
     };
     match &port.role {
-        Role::Import { trigger } => {
-            table.kind = raw::IMPORT;
-            table.flags |= flag(*trigger, raw::TRIGGER);
-        }
+        Role::Import | Role::Actuator => {}
         Role::Export { validity } => table.validity_ns = validity.to_ns(),
-        Role::Modulation {
-            default,
-            limits,
-            fixed,
-        } => {
-            table.kind = raw::MODULATION;
+        Role::Modulation { default, limits } => {
             table.initial = bytes(default);
             table.min = limits.least.unwrap_or(f64::NAN);
             table.max = limits.greatest.unwrap_or(f64::NAN);
-            table.flags |= flag(*fixed, raw::FIXED);
             let choices: Vec<*const c_char> = limits.choices.iter().map(|choice| text(choice)).collect();
             table.choice_count = choices.len() as u32;
             table.choices = array(choices);
         }
-        Role::Command {
-            neutral,
-            validity_ns,
-            trigger,
-        } => {
-            table.kind = raw::COMMAND;
-            table.flags |= flag(*trigger, raw::TRIGGER);
+        Role::Command { neutral, validity_ns } => {
             table.initial = bytes(neutral);
             table.validity_ns = *validity_ns;
         }
-        Role::Actuator => table.kind = raw::ACTUATOR,
-        Role::ChildModulation { child } => {
-            table.kind = raw::CHILD_MODULATION;
-            table.child = *child as u32;
-        }
+        Role::ChildModulation { child } => table.child = *child as u32,
     }
     table
 }
@@ -323,9 +282,9 @@ type Ability = unsafe extern "C" fn(*const c_char) -> *const c_void;
 
 /// Returns the function for a set of abilities. It gets no argument from which it could find its type, so each
 /// set has a function of its own.
-fn ability<A: Abilities>(set: u32) -> Ability {
+fn ability<F: Functions>(set: u32) -> Ability {
     macro_rules! functions {
-        ($($set:literal)*) => { [$(ability_of::<A, $set>),*] };
+        ($($set:literal)*) => { [$(ability_of::<F, $set>),*] };
     }
     let all: [Ability; 16] = functions!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
     all[set as usize]
@@ -333,29 +292,47 @@ fn ability<A: Abilities>(set: u32) -> Ability {
 
 /// # Safety
 /// As for [`raw::Schema::ability`].
-unsafe extern "C" fn ability_of<A: Abilities, const SET: u32>(id: *const c_char) -> *const c_void {
+unsafe extern "C" fn ability_of<F: Functions, const SET: u32>(id: *const c_char) -> *const c_void {
     if id.is_null() {
         return ptr::null();
     }
     // SAFETY: the host's text.
     match unsafe { CStr::from_ptr(id) }.to_str() {
-        Ok(raw::ABILITY_PANEL) if SET & PANEL != 0 => {
-            let panel = if SET & TOUCH != 0 {
-                const { &A::PANEL }
-            } else {
-                const {
-                    &raw::Panel {
-                        touch: None,
-                        ..A::PANEL
-                    }
+        Ok(raw::ABILITY_PANEL) if SET & PANEL != 0 => table_of(
+            const {
+                &raw::Panel {
+                    size: size_of::<raw::Panel>() as u32,
+                    reserved: 0,
+                    draw: Some(F::draw),
+                    touch: if SET & TOUCH != 0 { Some(F::touch) } else { None },
                 }
-            };
-            ptr::from_ref(panel).cast()
-        }
-        Ok(raw::ABILITY_STATE) if SET & STATE != 0 => ptr::from_ref(const { &A::STATE }).cast(),
-        Ok(raw::ABILITY_INSPECT) if SET & INSPECT != 0 => ptr::from_ref(const { &A::INSPECT }).cast(),
+            },
+        ),
+        Ok(raw::ABILITY_STATE) if SET & STATE != 0 => table_of(
+            const {
+                &raw::State {
+                    size: size_of::<raw::State>() as u32,
+                    version: F::MEMORY,
+                    save: Some(F::save),
+                    restore: Some(F::restore),
+                }
+            },
+        ),
+        Ok(raw::ABILITY_INSPECT) if SET & INSPECT != 0 => table_of(
+            const {
+                &raw::Inspect {
+                    size: size_of::<raw::Inspect>() as u32,
+                    reserved: 0,
+                    inspect: Some(F::inspect),
+                }
+            },
+        ),
         _ => ptr::null(),
     }
+}
+
+fn table_of<T>(table: &'static T) -> *const c_void {
+    ptr::from_ref(table).cast()
 }
 
 fn flag(is_set: bool, flag: u32) -> u32 {

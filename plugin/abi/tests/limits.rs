@@ -110,6 +110,29 @@ fn choices_name_the_numbers_from_0_on() {
 }
 
 #[test]
+fn a_former_name_is_of_a_modulation_and_of_no_other_port() {
+    let formerly = |name: &'static core::ffi::CStr| number(move |port| port.former_name = name.as_ptr());
+    let plugin = read_changed(formerly(c"pace")).expect("the former name is valid");
+    let schema = &plugin.schemas[0];
+    assert_eq!(schema.ports[2].former_name.as_deref(), Some("pace"));
+    assert_eq!(schema.modulation_named("pace"), Some(2));
+    assert_eq!(schema.modulation_named(&schema.ports[2].name), Some(2));
+    assert_eq!(schema.modulation_named("place"), None);
+    let name = &schema.ports[1].name;
+    assert!(
+        !matches!(schema.ports[1].role, Role::Import),
+        "`{name}` shares a name space"
+    );
+    assert_refused("a port's former name is `a b`", formerly(c"a b"));
+    assert_refused("only a modulation has a former name", |t| {
+        t.ports[0].former_name = c"pace".as_ptr()
+    });
+    assert_refused("two ports are called", |t| {
+        t.ports[2].former_name = t.ports[1].name;
+    });
+}
+
+#[test]
 fn names_that_every_schema_has_are_refused_for_variables() {
     let message = "every schema has this name with a meaning of its own";
     assert_refused(message, |t| t.ports[1].name = c"period".as_ptr());

@@ -40,10 +40,10 @@ fn a_valid_plugin_is_read_completely() {
 #[test]
 fn a_missing_mark_or_another_major_version_is_refused_first() {
     assert_refused("does not begin with the mark", |t| t.plugin.magic = 7);
-    assert_refused("built for ABI 2.8, newer than this host's 1.8", |t| {
+    assert_refused("built for ABI 2.9, newer than this host's 1.9", |t| {
         t.plugin.abi_major = raw::ABI_MAJOR + 1
     });
-    assert_refused("built for ABI 0.8, older than this host's 1.8", |t| {
+    assert_refused("built for ABI 0.9, older than this host's 1.9", |t| {
         t.plugin.abi_major = 0
     });
     for minor in [0, raw::ABI_MINOR + 1, u32::MAX] {

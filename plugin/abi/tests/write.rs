@@ -7,78 +7,23 @@ use std::ptr::null_mut;
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema, Type,
-    Validity,
+    Attributes, Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema,
+    Type, Validity,
 };
-use jde_abi::raw::{self, Context};
+use jde_abi::raw;
 use jde_abi::read;
-use jde_abi::write::{self, Abilities, Functions, Optional};
+use jde_abi::write::{self, Functions};
 
-const FUNCTIONS: Functions = Functions {
-    create,
-    destroy,
-    awake: call,
-    check,
-    iterate: call,
-    arbitrate,
-    sleep,
-};
+struct Failing;
 
-struct Without;
-
-impl Abilities for Without {
-    const PANEL: raw::Panel = raw::Panel {
-        size: size_of::<raw::Panel>() as u32,
-        reserved: 0,
-        draw: Some(draw),
-        touch: Some(touch),
-    };
-    const STATE: raw::State = raw::State {
-        size: size_of::<raw::State>() as u32,
-        version: 1,
-        save: Some(save),
-        restore: Some(restore),
-    };
-    const INSPECT: raw::Inspect = raw::Inspect {
-        size: size_of::<raw::Inspect>() as u32,
-        reserved: 0,
-        inspect: Some(inspect),
-    };
-}
-
-unsafe extern "C" fn create(_: *const raw::Schema, _: *const raw::Host, _: *mut Context) -> *mut c_void {
-    null_mut()
-}
-unsafe extern "C" fn destroy(_: *mut c_void) {}
-unsafe extern "C" fn call(_: *mut c_void, _: *mut Context) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn check(_: *mut c_void, _: *mut Context, _: *mut raw::Precondition) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn arbitrate(
-    _: *mut c_void,
-    _: *mut Context,
-    _: *const raw::Level,
-    _: *mut raw::Verdict,
-) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn sleep(_: *mut c_void, _: *mut Context) {}
-unsafe extern "C" fn draw(_: *mut c_void, _: *mut Context, _: *const raw::Pen) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn touch(_: *mut c_void, _: *mut Context, _: *const raw::Gesture) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn save(_: *mut c_void, _: *mut Context, _: *const raw::Saver) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn restore(_: *mut c_void, _: *mut Context, _: u32, _: *const c_void, _: u64) -> i32 {
-    raw::OK
-}
-unsafe extern "C" fn inspect(_: *mut c_void, _: *mut Context, _: *const raw::Problems) -> i32 {
-    raw::OK
+impl Functions for Failing {
+    unsafe extern "C" fn create(
+        _: *const raw::Schema,
+        _: *const raw::Host,
+        _: *mut raw::Context,
+    ) -> *mut c_void {
+        null_mut()
+    }
 }
 
 fn field(name: &str, kind: FieldKind, form: Form, offset: usize) -> Field {
@@ -134,8 +79,9 @@ fn port(name: &str, value_type: Arc<Type>, role: Role) -> Port {
         doc: format!("The {name}."),
         unit: String::new(),
         value_type,
+        attributes: Attributes::of(role.kind(), u32::MAX),
         role,
-        optional: name == "laser",
+        former_name: (name == "speed").then(|| String::from("pace")),
     }
 }
 
@@ -148,7 +94,6 @@ fn description() -> Plugin {
     let modulation = Role::Modulation {
         default: 1.0_f64.to_ne_bytes().to_vec(),
         limits,
-        fixed: true,
     };
     let child = |name: &str, many| Child {
         name: name.to_owned(),
@@ -165,7 +110,7 @@ fn description() -> Plugin {
         period_ns: 100,
         budget_ns: Some(50),
         ports: vec![
-            port("laser", structure(), Role::Import { trigger: true }),
+            port("laser", structure(), Role::Import),
             port("speed", number(), modulation),
             port("base", structure(), Role::Actuator),
             port("limit", number(), Role::ChildModulation { child: 0 }),
@@ -173,6 +118,8 @@ fn description() -> Plugin {
         children: vec![child("near", false), child("rest", true)],
         arbitrates: true,
         panel: true,
+        touch: true,
+        memory: true,
         inspects: true,
         guard: None,
         lists: Vec::new(),
@@ -195,13 +142,14 @@ fn description() -> Plugin {
                 Role::Command {
                     neutral: vec![0; 8],
                     validity_ns: 7,
-                    trigger: true,
                 },
             ),
         ],
         children: Vec::new(),
         arbitrates: false,
         panel: false,
+        touch: false,
+        memory: false,
         inspects: false,
         ..motor.clone()
     };
@@ -218,29 +166,11 @@ fn description() -> Plugin {
 
 #[test]
 fn a_written_description_is_read_unchanged() {
-    let optional = [
-        Optional {
-            touch: true,
-            memory: true,
-        },
-        Optional::default(),
-    ];
-    let table = write::plugin::<Without>(&description(), &FUNCTIONS, &optional);
+    let table = write::plugin::<Failing>(&description());
     // SAFETY: a table that was just written.
     let read = unsafe { read::plugin(table) };
     assert_eq!(read, Ok(description()));
-    for (index, expected) in optional.into_iter().enumerate() {
-        // SAFETY: the table has two schemas of this layout.
-        let (found, schema) = unsafe {
-            let schema = &*table.schemas.add(index);
-            (Optional::of(schema), schema)
-        };
-        assert_eq!(found, expected);
-        assert_eq!(Optional::from_bits(found.bits()), expected);
-        assert_eq!(
-            schema.check.is_some(),
-            index == 0,
-            "only a motor schema is checked"
-        );
-    }
+    // SAFETY: the table has two schemas of this layout.
+    let is_checked = |index| unsafe { (*table.schemas.add(index)).check.is_some() };
+    assert!(is_checked(0) && !is_checked(1), "only a motor schema is checked");
 }

@@ -67,17 +67,20 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// |---|---|---|
 /// | `#[import]` | `Import<T>` | `trigger`, `optional`, `unit`, `name` |
 /// | `#[export]` | `Export<T>` | `lasting` or `validity`, `unit`, `name` |
-/// | `#[modulation(default = ...)]` | `Modulation<T>` | `unit`, `min`, `max`, `fixed`, `name` |
+/// | `#[modulation(default = ...)]` | `Modulation<T>` | `unit`, `min`, `max`, `fixed`, `mount`, `margin`, `limit`, `name`, `was` |
 /// | `#[command(neutral = ..., validity = "500ms")]` | `Command<T>` | `trigger`, `unit`, `name` |
 /// | `#[actuator]` | `Actuator<T>` | `optional`, `unit`, `name` |
 /// | `#[child(group = "...")]`, `#[child(perceptive)]` | `Child` | `optional`, `name` |
 /// | `#[child(group = "...")]`, the last of all | `Children` | `name` |
 /// | `#[modulates(child = "...", name = "...")]` | `Modulates<T>` | `optional`, `unit` |
+/// | `#[ports]` | a bundle, with [`PortBundle`](macro@PortBundle) | |
 ///
 /// The default name is the field's. Default and neutral values are constants of type `T`. A text literal is
 /// accepted for a `Text<N>`. A modulation is a value, a `bool`, or an enumeration with `#[derive(Choice)]`.
 /// Its default must be within its `min` and `max`. A `fixed` modulation is read when the schema awakes and
-/// kept until it sleeps.
+/// kept until it sleeps. `was = "..."` is the name that it had in the version before: files and options with that
+/// name are read, with a warning. `mount`, `margin` and `limit` say what a value is that several schemas must agree on, and
+/// `jde check` compares it (docs/applications.md).
 ///
 /// A value of an export is valid for three periods that the application states, unless `validity = "500ms"` states
 /// another time. A `lasting` value is valid until it is replaced or retracted (R19).
@@ -92,12 +95,25 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 #[proc_macro_derive(
     Describe,
     attributes(
-        schema, import, export, modulation, command, actuator, child, modulates, imports, exports, commands
+        schema, import, export, modulation, command, actuator, child, modulates, imports, exports, commands,
+        ports
     )
 )]
 pub fn derive_describe(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     or_placeholder(schema::derive(&input), &input, schema::placeholder(&input.ident))
+}
+
+/// Makes a structure a bundle of ports that several types of schema have.
+///
+/// Its fields are imports, exports, modulations, commands and actuators, with the attributes that they have in a
+/// [schema](macro@Describe), and other bundles. A schema has the ports of a bundle, under their own names, in the
+/// place of a field `#[ports] limits: Limits`. A name may occur once in a schema, as without bundles.
+#[proc_macro_derive(PortBundle, attributes(import, export, modulation, command, actuator, ports))]
+pub fn derive_port_bundle(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    let placeholder = schema::bundle::placeholder(&input.ident);
+    or_placeholder(schema::bundle::derive(&input), &input, placeholder)
 }
 
 /// Returns the generated code, or an error and a placeholder. The placeholder implements the trait, so that

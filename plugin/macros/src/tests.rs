@@ -187,6 +187,44 @@ fn each_kind_has_only_its_own_ports() {
 }
 
 #[test]
+fn a_bundle_has_ports_of_unique_names() {
+    fn bundle(source: &str) -> Result<TokenStream> {
+        crate::schema::bundle::derive(&parse_str::<DeriveInput>(source)?)
+    }
+    let only_ports = "a bundle has imports, exports, modulations, commands, actuators and other bundles only";
+    check(bundle, "struct Limits { ‹seen›: u8 }", only_ports);
+    check(
+        bundle,
+        "struct Limits { #[child(perceptive)] ‹map›: Child }",
+        only_ports,
+    );
+    check(bundle, "enum ‹Limits› {}", "a bundle is a structure");
+    check(bundle, "struct Limits‹<T>› { a: T }", "no generic parameters");
+    check(
+        bundle,
+        "struct Limits { #[export] a: Export<f64>, #[modulation(default = 0.0, name = \"a\")] ‹b›: Modulation<f64> }",
+        "two have the name `a`",
+    );
+    check(
+        bundle,
+        "struct Limits { #[modulation(default = 0.0)] ‹children›: Modulation<f64> }",
+        "is reserved in application files",
+    );
+    check_field("motor", "#[ports] ‹#[import]› a: Import<f64>", "one attribute");
+    check_field(
+        "motor",
+        "#[ports‹(›x)] a: Limits",
+        "unexpected token in attribute",
+    );
+    check_field(
+        "motor",
+        "#[modulation(default = 0.0, was = ‹\"a b\"›)] a: Modulation<f64>",
+        "`a b` is not a name",
+    );
+    assert!(bundle("struct Limits { #[import] a: Import<f64>, #[ports] more: More }").is_ok());
+}
+
+#[test]
 fn a_child_competes_in_a_group_or_is_perceptive() {
     check_field("motor", "‹#[child]› a: Child", "competes in a group");
     check_field(

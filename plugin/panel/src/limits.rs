@@ -30,7 +30,7 @@ pub enum Broken {
     #[error("it comes in {0} bytes, and no list has more than {MOST_ENCODED}")]
     Encoded(usize),
     /// The bytes are not a list.
-    #[error("it is no list of widgets: {0}")]
+    #[error("it is not a list of widgets: {0}")]
     Bytes(String),
     /// Too many widgets and shapes.
     #[error("it has more than {MOST_ITEMS} widgets and shapes")]

@@ -47,6 +47,7 @@ extern crate self as jde_schema;
 
 pub mod bench;
 mod boundary;
+mod bundle;
 mod child;
 mod context;
 mod error;
@@ -64,6 +65,7 @@ mod schema;
 mod slot;
 mod turns;
 
+pub use bundle::PortBundle;
 pub use child::{Child, Children, State, Status};
 pub use context::{Context, Severity};
 pub use error::{Error, NoValue, Result};
@@ -73,7 +75,7 @@ pub use input::{Command, Import, Modulation, Sample};
 pub use inspect::{Inspect, Inspected, Problems};
 pub use jde_abi::describe;
 pub use jde_core::Policy;
-pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
+pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe, PortBundle};
 pub use jde_types as types;
 pub use jde_types::derived::{Modulated, Value};
 pub use level::{Candidate, Case, Level, Verdict};
@@ -99,8 +101,8 @@ pub mod prelude {
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Commands, Context, Describe,
         Error, Export, Exports, Gesture, Guard, Hysteresis, Import, Imports, Inspect, Level, Loan, Memory,
-        Modulates, Modulation, Outcome, Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved,
-        Saving, Schema, State, Status, Value, Verdict,
+        Modulates, Modulation, Outcome, Panel, Pen, Policy, PortBundle, Precondition, Problems, Result,
+        Sample, Saved, Saving, Schema, State, Status, Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }
@@ -108,11 +110,13 @@ pub mod prelude {
 /// The names that macro-generated code uses. Not a public API.
 #[doc(hidden)]
 pub mod derived {
+    pub use crate::boundary::bundles::{join, ports};
     pub use crate::boundary::lists::{list, lists};
     pub use crate::boundary::table::{
         About, Own, Without, actuator, child, child_modulation, command, export, import, modulation, plugin,
-        schema,
+        schema, with_flags,
     };
+    pub use crate::bundle::PortBundle;
     pub use crate::schema::Describe;
     pub use jde_abi::raw;
     pub use jde_types::{Modulated, wire};

@@ -75,17 +75,19 @@ pub struct Route {
     pub poses: Seq<Pose2D, 64>,
 }
 
-/// An optional target position.
+/// An optional target: a place, or a pose if its heading counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Target")]
 pub struct Target {
-    /// The position, in the frame of the odometry. Its heading is not used.
+    /// The position and the heading, in the frame of the odometry.
     pub pose: Pose2D,
     /// Whether there is a target.
     pub set: Flag,
+    /// Whether its heading counts. Otherwise the robot may face anywhere.
+    pub has_heading: Flag,
     /// Unused bytes.
-    pub padding: Padding<7>,
+    pub padding: Padding<6>,
 }
 
 /// An optional pose at which a robot starts, in a form for files: `[[3.55, 1.6, "90 deg"]]`, or `[]` for none.
@@ -127,7 +129,7 @@ impl OccupancyGrid {
         map
     }
 
-    /// Returns the centres of the occupied cells, m, in the frame of the map; of more than `most`, only every so many. From 65 %
+    /// Returns the centres of the occupied cells, m, in the frame of the map; of more than `most`, an even selection. From 65 %
     /// on a cell is occupied, as for ROS's map server. Without places that are not finite.
     pub fn occupied(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (width, resolution) = (self.info.width.max(1) as usize, f64::from(self.info.resolution));
@@ -150,20 +152,31 @@ impl Target {
     pub const NONE: Self = Self {
         pose: Pose2D::ORIGIN,
         set: Flag::FALSE,
+        has_heading: Flag::FALSE,
         padding: Padding::ZERO,
     };
 
-    /// Returns this target.
+    /// Returns the target at this place, with any heading.
     #[must_use]
     pub const fn at(pose: Pose2D) -> Self {
         Self {
             pose,
             set: Flag::TRUE,
+            has_heading: Flag::FALSE,
             padding: Padding::ZERO,
         }
     }
 
-    /// Returns the target, if there is one.
+    /// Returns the target at this place with this heading.
+    #[must_use]
+    pub const fn facing(pose: Pose2D) -> Self {
+        Self {
+            has_heading: Flag::TRUE,
+            ..Self::at(pose)
+        }
+    }
+
+    /// Returns the pose of the target, if there is one.
     #[must_use]
     pub fn get(&self) -> Option<Pose2D> {
         self.set.get().then_some(self.pose)

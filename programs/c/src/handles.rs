@@ -1,9 +1,10 @@
 //! The handles of the program: numbers that are never used twice.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, LazyLock, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Arc, LazyLock};
 
 use jde_embed::{LoadedApplication, Run};
+use parking_lot::{RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use crate::boundary::Failure;
 use crate::tables;
@@ -65,9 +66,9 @@ fn closed(what: &str) -> Failure {
 }
 
 fn read() -> RwLockReadGuard<'static, Handles> {
-    HANDLES.read().unwrap_or_else(PoisonError::into_inner)
+    HANDLES.read()
 }
 
 fn write() -> RwLockWriteGuard<'static, Handles> {
-    HANDLES.write().unwrap_or_else(PoisonError::into_inner)
+    HANDLES.write()
 }

@@ -111,7 +111,7 @@ pub(crate) fn nanoseconds(seconds: f64) -> Result<Nanos, Failure> {
     if (0.0..LONGEST).contains(&seconds) {
         Ok((seconds * 1e9).round() as Nanos)
     } else {
-        let text = format!("{seconds} s is no time of a run: give 0 to {LONGEST:e}");
+        let text = format!("{seconds} s is not a time of a run: give 0 to {LONGEST:e}");
         Err(Failure::new(raw::BAD_ARGUMENT, text))
     }
 }

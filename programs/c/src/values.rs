@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::ffi::{c_char, c_void};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_abi::{raw, read, write};
 use jde_board::Stamp;
 use jde_board::value::{Value, decode};
+use parking_lot::Mutex;
 
 use crate::boundary::{Failure, call, give, give_text, text};
 use crate::{handles, tables};
@@ -187,7 +188,7 @@ unsafe fn check(name: &str, own: &Arc<Type>, table: *const raw::Type) -> Result<
 /// Returns the type that a table describes. A table is read once.
 unsafe fn known(table: *const raw::Type) -> Result<Arc<Type>, Failure> {
     static KNOWN: Mutex<BTreeMap<usize, Arc<Type>>> = Mutex::new(BTreeMap::new());
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut known = KNOWN.lock();
     if let Some(value_type) = known.get(&table.addr()) {
         return Ok(Arc::clone(value_type));
     }
@@ -201,7 +202,7 @@ unsafe fn known(table: *const raw::Type) -> Result<Arc<Type>, Failure> {
 /// Returns the table of a type. Each type has one.
 fn table(described: &Type) -> *const raw::Type {
     static WRITTEN: Mutex<BTreeMap<(String, u64), usize>> = Mutex::new(BTreeMap::new());
-    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut written = WRITTEN.lock();
     let number = written
         .entry((described.name.clone(), described.hash()))
         .or_insert_with(|| std::ptr::from_ref(write::value_type(described)).expose_provenance());

@@ -158,7 +158,7 @@ the description is the same
 the laser is in the frame laser
 4 the run keeps no records; start it with them
 done
-4 edit:1: edit 1: `remove` is an integer: expected a text
+4 edit:1:12: `remove` of edit 1 must be a text, not a whole number
 32 the application has ended: time up
 ";
     assert_eq!(output, expected);

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_abi::describe::Role;
 use jde_app::{Application, Override};
@@ -12,12 +11,13 @@ use jde_experiment::Variant;
 use jde_experiment::applications::Applications;
 use jde_host::{Lockstep, Mock, Options, Running};
 use jde_isolation::Program;
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::Error;
-use crate::events::Events;
 use crate::names::LivePort;
 use crate::run::Run;
 use crate::state::Executor;
+use jde_experiment::drive::EventQueue;
 
 /// An application that was loaded and checked.
 pub struct LoadedApplication {
@@ -115,7 +115,7 @@ impl LoadedApplication {
         application.seed = options.seed.unwrap_or(application.seed);
         let plugins = self.applications().plugins(&Variant::default());
         let (mocks, live) = self.mocks(&application);
-        let events = options.records.then(Events::default);
+        let events = options.records.then(EventQueue::default);
         let mut host = Options {
             limit: options.limit,
             speed: options.speed,
@@ -168,6 +168,6 @@ impl LoadedApplication {
     }
 
     fn applications(&self) -> MutexGuard<'_, Applications> {
-        self.applications.lock().unwrap_or_else(PoisonError::into_inner)
+        self.applications.lock()
     }
 }

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_host::OperatorHandle;
 
 /// A lease, and the schemas on which the program acted.
 #[derive(Default)]
 pub(crate) struct Lease {
     until: Option<Nanos>,
-    held: BTreeSet<usize>,
+    held: BTreeSet<SchemaId>,
 }
 
 impl Lease {
@@ -24,12 +24,12 @@ impl Lease {
     }
 
     /// Notes an action on a schema.
-    pub(crate) fn hold(&mut self, schema: usize) {
+    pub(crate) fn hold(&mut self, schema: SchemaId) {
         self.held.insert(schema);
     }
 
     /// Notes that nothing is held on a schema any more.
-    pub(crate) fn release(&mut self, schema: usize) {
+    pub(crate) fn release(&mut self, schema: SchemaId) {
         self.held.remove(&schema);
     }
 

@@ -6,7 +6,6 @@
 
 mod application;
 mod error;
-mod events;
 mod lease;
 mod names;
 mod observation;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_board::Variable;
+use jde_core::SchemaId;
 use jde_host::{Handle, LiveValue};
 
 use crate::Error;
@@ -59,8 +60,8 @@ pub(crate) fn find_variable<'n>(handle: &Handle, name: &'n str) -> Result<(Arc<V
     }
 }
 
-/// Returns the number of a schema.
-pub(crate) fn find_schema(handle: &Handle, name: &str) -> Result<usize, Error> {
+/// Returns the schema of that name.
+pub(crate) fn find_schema(handle: &Handle, name: &str) -> Result<SchemaId, Error> {
     let application = handle.application();
     application.instance(name).ok_or_else(|| {
         let known: Vec<_> = application

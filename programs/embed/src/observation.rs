@@ -1,27 +1,28 @@
 //! What a run keeps: records, the values of traced variables, and whether conditions have become true.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_board::{Reader, Variable};
 use jde_conditions::Expression;
 use jde_core::Nanos;
+use jde_experiment::drive::EventQueue;
 use jde_experiment::drive::values::DriveValues;
 use jde_host::Handle;
 use jde_records::{RecordBuilder, RecordKind, RunRecord};
+use jde_timeline::{LogLimits, RecordLog};
 
-use crate::events::Events;
-
-/// The most records of each kind that a run keeps; the oldest are dropped.
-const MAX_RECORDS: usize = 100_000;
+/// What a run keeps of each kind of records; the oldest are dropped.
+const LIMITS: LogLimits = LogLimits {
+    records: 100_000,
+    candidates: usize::MAX,
+};
 
 /// What is kept of a run.
 pub(crate) struct Observation {
-    events: Events,
+    events: EventQueue,
     builder: RecordBuilder,
-    /// The records, each with its number.
-    records: BTreeMap<&'static str, VecDeque<(u64, RunRecord)>>,
-    count: u64,
+    records: RecordLog,
     /// The events and records that were dropped since the last call of [`Observation::next_record`].
     dropped: u64,
     values: DriveValues,
@@ -46,12 +47,11 @@ struct Trace {
 }
 
 impl Observation {
-    pub(crate) fn new(events: Events, handle: &Handle) -> Self {
+    pub(crate) fn new(events: EventQueue, handle: &Handle) -> Self {
         Self {
             events,
             builder: RecordBuilder::new(handle.application()),
-            records: BTreeMap::new(),
-            count: 0,
+            records: RecordLog::new(LIMITS),
             dropped: 0,
             values: DriveValues::new(&[], handle),
             conditions: BTreeMap::new(),
@@ -100,13 +100,7 @@ impl Observation {
             }
             self.values.add_event(&event);
             for record in self.builder.process(&event) {
-                let records = self.records.entry(record.kind().topic()).or_default();
-                if records.len() == MAX_RECORDS {
-                    records.pop_front();
-                    self.dropped += 1;
-                }
-                self.count += 1;
-                records.push_back((self.count, record));
+                self.dropped += self.records.add(record);
             }
         }
         self.traces.values_mut().for_each(Trace::observe);
@@ -122,16 +116,12 @@ impl Observation {
 
     /// Returns the newest records of a kind.
     pub(crate) fn records(&self, kind: RecordKind) -> Vec<RunRecord> {
-        let kept = self.records.get(kind.topic()).into_iter().flatten();
-        kept.map(|(_, record)| record.clone()).collect()
+        self.records.of(kind).cloned().collect()
     }
 
     /// Removes the oldest record and returns it, with the number of those that were dropped since the last call.
     pub(crate) fn next_record(&mut self) -> Option<(RunRecord, u64)> {
-        let kinds = self.records.values_mut();
-        let oldest = kinds.min_by_key(|kept| kept.front().map_or(u64::MAX, |(number, _)| *number))?;
-        let (_, record) = oldest.pop_front()?;
-        Some((record, std::mem::take(&mut self.dropped)))
+        Some((self.records.pop()?, std::mem::take(&mut self.dropped)))
     }
 
     /// Begins to keep the values of a variable.

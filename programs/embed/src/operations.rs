@@ -1,13 +1,13 @@
 //! Reading, writing and operating by name.
 
 use std::collections::btree_map::Entry;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 use jde_abi::describe::{Role, Type};
 use jde_app::literal::parse_value;
 use jde_board::value::{self, Value};
 use jde_board::{Stamp, Variable};
-use jde_core::{Nanos, State as SchemaState};
+use jde_core::{Id, Nanos, SchemaId, State as SchemaState};
 use jde_host::{OperatorHandle, PanelViewGuard};
 use jde_panel::{Gesture, MAX_RATE, PanelFrame};
 use jde_records::snapshot::Snapshot;
@@ -45,7 +45,7 @@ impl Run {
         self.handle().board().get(name).map_err(Error::unknown)
     }
 
-    fn schema(&self, name: &str) -> Result<usize, Error> {
+    fn schema(&self, name: &str) -> Result<SchemaId, Error> {
         names::find_schema(self.handle(), name)
     }
 
@@ -229,7 +229,7 @@ impl Run {
     pub fn edit(&self, driver: &str, edits: &str) -> Result<(), Error> {
         let schema = self.schema(driver)?;
         self.check_running()?;
-        let mut queues = self.shared.edits.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut queues = self.shared.edits.lock();
         let queue = queues.entry(schema).or_default();
         let text = Edits::parse(edits).and_then(|edits| queue.push(&edits));
         let text = Value::Text(text.map_err(Error::invalid)?);
@@ -251,7 +251,7 @@ impl Run {
     /// There is no such schema.
     pub fn schema_state(&self, schema: &str) -> Result<SchemaState, Error> {
         let schema = self.schema(schema)?;
-        Ok(self.snapshot().schemas[schema].state)
+        Ok(self.snapshot().schemas[schema.index()].state)
     }
 
     /// Returns the winner of a group, such as `roots` or `example/base`; `None` if nobody wins.
@@ -336,7 +336,7 @@ impl Run {
     /// Acts as an operator on a schema, which is then held.
     fn act(
         &self,
-        schema: usize,
+        schema: SchemaId,
         action: impl FnOnce(&OperatorHandle) -> Result<(), String>,
     ) -> Result<(), Error> {
         let (operator, mut lease) = (&self.shared.operator, self.shared.lease());

@@ -1,23 +1,24 @@
 //! A run: how time passes, and how it ends.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use jde_conditions::{Expression, Names};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_host::{Handle, OperatorHandle, Running};
 use jde_records::event::Outcome;
 use jde_sim::EditQueue;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use crate::Error;
 use crate::application::StartOptions;
-use crate::events::Events;
 use crate::lease::Lease;
 use crate::names::LivePort;
 use crate::observation::Observation;
 use crate::state::{Executor, SLICE, State, next_instant};
+use jde_experiment::drive::EventQueue;
 
 /// The greatest time that a run reaches, ns: no end.
 pub const FOREVER: Nanos = Nanos::MAX - 1;
@@ -30,7 +31,7 @@ pub struct Run {
     /// The ports of mocks, by their full names.
     pub(crate) live: BTreeMap<String, LivePort>,
     /// The thread that looks, in real time. Who ends the run holds this lock until it is at rest.
-    looker: Mutex<Option<JoinHandle<()>>>,
+    poller: Mutex<Option<JoinHandle<()>>>,
 }
 
 /// What the threads of a run share.
@@ -43,7 +44,7 @@ pub(crate) struct Shared {
     /// This lock is taken after that of the state, or alone.
     lease: Mutex<Lease>,
     /// The changes of each world so far, by the driver that makes them.
-    pub(crate) edits: Mutex<BTreeMap<usize, EditQueue>>,
+    pub(crate) edits: Mutex<BTreeMap<SchemaId, EditQueue>>,
     /// Notified after each look and at the end.
     looked: Condvar,
     /// Seconds of application time per second of machine time; `None` in lockstep.
@@ -66,7 +67,7 @@ impl Run {
         executor: Executor,
         handle: &Handle,
         live: BTreeMap<String, LivePort>,
-        events: Option<Events>,
+        events: Option<EventQueue>,
         options: &StartOptions,
     ) -> Self {
         let shared = Shared {
@@ -86,7 +87,7 @@ impl Run {
         Self {
             shared: Arc::new(shared),
             live,
-            looker: Mutex::default(),
+            poller: Mutex::default(),
         }
     }
 
@@ -99,10 +100,10 @@ impl Run {
             waiting.looked.notify_all();
         });
         self.state().executor = Executor::RealTime(waiter.map_err(Error::failed)?);
-        let looker = Builder::new()
+        let poller = Builder::new()
             .name(String::from("jde-look"))
             .spawn(move || looking.look());
-        *self.looker() = Some(looker.map_err(Error::failed)?);
+        *self.poller() = Some(poller.map_err(Error::failed)?);
         Ok(())
     }
 
@@ -174,7 +175,7 @@ impl Run {
     /// read.
     pub fn end(&self) {
         self.shared.handle.stop();
-        let mut looker = self.looker();
+        let mut poller = self.poller();
         let executor = std::mem::replace(&mut self.state().executor, Executor::AtRest);
         match executor {
             Executor::Lockstep(lockstep) => drop(lockstep),
@@ -184,11 +185,11 @@ impl Run {
         }
         self.state().observe(&self.shared);
         self.shared.looked.notify_all();
-        drop(looker.take().map(JoinHandle::join));
+        drop(poller.take().map(JoinHandle::join));
     }
 
-    fn looker(&self) -> MutexGuard<'_, Option<JoinHandle<()>>> {
-        self.looker.lock().unwrap_or_else(PoisonError::into_inner)
+    fn poller(&self) -> MutexGuard<'_, Option<JoinHandle<()>>> {
+        self.poller.lock()
     }
 
     fn advance(&self, end: Nanos, condition: Option<u64>, mut go_on: impl FnMut() -> bool) -> Stop {
@@ -223,11 +224,11 @@ impl Drop for Run {
 
 impl Shared {
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 
     pub(crate) fn lease(&self) -> MutexGuard<'_, Lease> {
-        self.lease.lock().unwrap_or_else(PoisonError::into_inner)
+        self.lease.lock()
     }
 
     /// Lets time pass or waits, for [`SLICE`] at most. Returns `None` if the time was not reached.
@@ -248,8 +249,8 @@ impl Shared {
         stop(&mut state).or_else(|| {
             let left = end.saturating_sub(self.handle.now()) as f64 / speed;
             let wait = Duration::from_nanos(left as u64).min(SLICE);
-            let waited = self.looked.wait_timeout(state, wait);
-            stop(&mut waited.unwrap_or_else(PoisonError::into_inner).0)
+            self.looked.wait_for(&mut state, wait);
+            stop(&mut state)
         })
     }
 
@@ -259,8 +260,7 @@ impl Shared {
         while !matches!(state.executor, Executor::AtRest) || self.handle.outcome().is_none() {
             state.observe(self);
             self.looked.notify_all();
-            let waited = self.looked.wait_timeout(state, LOOK);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            self.looked.wait_for(&mut state, LOOK);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_host::{Handle, Lockstep, PanelViewGuard};
 
 use crate::observation::Observation;
@@ -30,7 +30,7 @@ pub(crate) struct State {
     pub(crate) executor: Executor,
     pub(crate) observation: Option<Observation>,
     /// The panels that are drawn, by their schemas.
-    pub(crate) panels: BTreeMap<usize, PanelViewGuard>,
+    pub(crate) panels: BTreeMap<SchemaId, PanelViewGuard>,
 }
 
 impl State {

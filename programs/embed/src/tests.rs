@@ -6,9 +6,9 @@ use jde_core::State as SchemaState;
 use jde_records::event::{Event, Observer, StateChange};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
-use crate::events::Events;
 use crate::observation::Observation;
 use crate::{LoadedApplication, Run, StartOptions, Stop};
+use jde_experiment::drive::EventQueue;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const SECOND: u64 = 1_000_000_000;
@@ -86,7 +86,7 @@ fn what_was_true_at_one_instant_is_not_taken_with_the_time_of_the_next() {
     let run = start(&lockstep());
     let handle = run.handle();
     let goon = handle.application().instance("goon").unwrap();
-    let mut events = Events::default();
+    let mut events = EventQueue::default();
     let mut observation = Observation::new(events.clone(), handle);
     let names = Names::of(handle.application());
     let mut add = |condition| {

@@ -14,10 +14,11 @@ use jde_link::{Client, Folders, Rate, Reach, Remote};
 use jde_loader::SearchPath;
 use jde_log::Recording;
 use jde_panel::Item;
+use jde_session::load;
 
 use crate::remote::name::split_application;
 use crate::remote::panel;
-use crate::{analysis, inspect, load};
+use crate::{analysis, inspect};
 
 /// The longest time that a key press may wait.
 const TIMEOUT: Duration = Duration::from_millis(700);

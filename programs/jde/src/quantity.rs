@@ -1,7 +1,7 @@
 //! Parses times, speeds and sizes of a command line.
 
 use jde_core::Nanos;
-use jde_log::PartSize;
+use jde_recorder::PartSize;
 use jde_report::{SIDES, Size};
 
 /// Units of time with their nanoseconds.

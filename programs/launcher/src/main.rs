@@ -8,13 +8,34 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
+use clap::{Parser, Subcommand};
+use jde_session::child::is_child;
+use jde_session::cli::{Common, exit_status, report_usage_error};
+use jde_session::demo::Demo;
+use jde_session::failure::Failure;
+
 /// Packages of the workspace that no user of jde runs.
 const NOT_BUILT: [&str; 3] = ["jde-launcher", "jde-faults", "xtask"];
 
+/// The one verb of this program.
+#[derive(Parser)]
+#[command(name = "jde", bin_name = "jde", version)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Demo(Demo),
+}
+
 fn main() -> ExitCode {
     let verb = std::env::args_os().nth(1).unwrap_or_default();
-    if verb == "demo" || jde::is_child(&verb) {
-        return jde::main();
+    if verb == "demo" || is_child(&verb) {
+        return jde_session::main(|_| None, demonstrate);
     }
     let error = match build_and_run() {
         Ok(code) => return code,
@@ -26,6 +47,16 @@ fn main() -> ExitCode {
         "error: jde cannot be built and started: {error}\n  help: run `cargo build --workspace`, then target/debug/jde"
     );
     ExitCode::FAILURE
+}
+
+fn demonstrate() -> ExitCode {
+    let Cli { verb, common } = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return report_usage_error(&error),
+    };
+    jde_terminal::set_color(common.color);
+    let Verb::Demo(demo) = verb;
+    exit_status(demo.run(common.log, Vec::new()), Failure::report)
 }
 
 /// Builds `jde` and all plugins beside this program, and replaces this process by `jde`. Returns only if that

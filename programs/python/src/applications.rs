@@ -8,7 +8,7 @@ use jde_embed::StartOptions;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::runs::Run;
+use crate::runs::PythonRun;
 use crate::values::{as_text, from_python};
 use crate::{error, nanoseconds, run_error};
 
@@ -59,7 +59,13 @@ impl LoadedApplication {
     /// Starts the application in lockstep, at time 0. Without `records`, decisions, events and traces are not
     /// kept, and conditions are not available.
     #[pyo3(signature = (seed=None, limit=None, records=true))]
-    fn run(&self, py: Python<'_>, seed: Option<u64>, limit: Option<f64>, records: bool) -> PyResult<Run> {
+    fn run(
+        &self,
+        py: Python<'_>,
+        seed: Option<u64>,
+        limit: Option<f64>,
+        records: bool,
+    ) -> PyResult<PythonRun> {
         let options = StartOptions {
             lockstep: true,
             seed,
@@ -68,7 +74,9 @@ impl LoadedApplication {
             operator: String::from(OPERATOR),
             ..StartOptions::default()
         };
-        py.detach(|| self.0.start(&options)).map(Run).map_err(run_error)
+        py.detach(|| self.0.start(&options))
+            .map(PythonRun)
+            .map_err(run_error)
     }
 }
 

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use jde_app::literal::parse_value;
@@ -16,12 +16,13 @@ use jde_link::{
     value,
 };
 use jde_records::RunRecord;
+use parking_lot::Mutex;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::runs::record_kind;
 use crate::values::{from_python, to_python};
-use crate::{error, json, lock, record_to_python};
+use crate::{error, json, record_to_python};
 
 /// The most values, records or drawings that wait; newer ones are dropped and counted.
 const MAX_QUEUED: usize = 1000;
@@ -243,20 +244,20 @@ impl Watch {
     /// Whether nothing will arrive any more: the watch was closed, or the application is gone.
     #[getter]
     fn is_over(&self) -> bool {
-        lock(&self.subscription).is_none() || !self.remote.is_alive()
+        self.subscription.lock().is_none() || !self.remote.is_alive()
     }
 
     /// Waits for the next arrival, at most so many seconds; `None` after that time or at the end.
     #[pyo3(signature = (timeout=None))]
     fn receive<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyAny>>> {
         if timeout.is_some_and(f64::is_nan) {
-            return Err(PyValueError::new_err("nan s is no time to wait"));
+            return Err(PyValueError::new_err("nan s is not a time to wait"));
         }
         let end = timeout.map(|timeout| Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 1e9)));
-        while lock(&self.subscription).is_some() {
+        while self.subscription.lock().is_some() {
             let left = end.map_or(LOOK, |end| end.saturating_duration_since(Instant::now()));
             let is_gone = !self.remote.is_alive();
-            let arrived = py.detach(|| lock(&self.receiver).recv_timeout(left.min(LOOK)));
+            let arrived = py.detach(|| self.receiver.lock().recv_timeout(left.min(LOOK)));
             if let Ok(arrived) = arrived {
                 return arrival_to_python(py, &arrived).map(Some);
             }
@@ -270,7 +271,7 @@ impl Watch {
 
     /// Ends the subscription. What has arrived by then is not received.
     fn close(&self, py: Python<'_>) {
-        py.detach(|| drop(lock(&self.subscription).take()));
+        py.detach(|| drop(self.subscription.lock().take()));
     }
 }
 
@@ -279,12 +280,12 @@ impl Lease {
     /// Why the action ended before the lease was closed; `None` while it is in force.
     #[getter]
     fn lost(&self) -> Option<String> {
-        lock(&self.0).as_ref().and_then(Hold::lost)
+        self.0.lock().as_ref().and_then(Hold::lost)
     }
 
     /// Ends the action, and waits until the application has confirmed it.
     fn close(&self, py: Python<'_>) {
-        py.detach(|| drop(lock(&self.0).take()));
+        py.detach(|| drop(self.0.lock().take()));
     }
 }
 

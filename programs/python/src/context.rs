@@ -4,17 +4,16 @@
 
 use std::ffi::CStr;
 use std::ptr::null_mut;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 
 use jde_abi::raw::{self, Host};
 use jde_isolation::{HOLD, Hold};
+use parking_lot::Mutex;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::layout::Layout;
-use crate::lock;
 use crate::views::{self, Views};
 
 /// Values of more bytes are not copied: their views show the memory of the port. Smaller ones arrive in messages,
@@ -79,8 +78,8 @@ impl Context {
     /// Ends the call: views of values raise errors from now on.
     pub(crate) fn end(&self, py: Python<'_>) {
         self.present.store(null_mut(), Ordering::Relaxed);
-        let read = std::mem::take(&mut *lock(&self.read));
-        let given = std::mem::take(&mut *lock(&self.given));
+        let read = std::mem::take(&mut *self.read.lock());
+        let given = std::mem::take(&mut *self.given.lock());
         // Unlocked, because the end of an object may run code of Python.
         drop(read);
         views::release(py, given);
@@ -145,11 +144,11 @@ impl Context {
     fn value<'py>(&self, py: Python<'py>, port: u32, sample: &raw::Sample) -> PyResult<Bound<'py, PyAny>> {
         let (data, sequence) = (sample.data as usize, sample.sequence);
         let is_same = |read: &&Read| (read.port, read.data, read.sequence) == (port, data, sequence);
-        if let Some(read) = lock(&self.read).iter().find(is_same) {
+        if let Some(read) = self.read.lock().iter().find(is_same) {
             return Ok(read.value.bind(py).clone());
         }
         let value = self.decode(py, port, sample)?;
-        lock(&self.read).push(Read {
+        self.read.lock().push(Read {
             port,
             data,
             sequence,
@@ -174,7 +173,7 @@ impl Context {
             unsafe { Views::in_place(data, length) }
         };
         let value = layout.decode(py, &views, 0);
-        lock(&self.given).extend(views.into_given());
+        self.given.lock().extend(views.into_given());
         value
     }
 }

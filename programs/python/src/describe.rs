@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Child, Kind, Limits, Plugin, Port, Role, Schema, Validity};
-use jde_abi::write::Optional;
+use jde_abi::describe::{Attribute, Attributes, Child, Kind, Limits, Plugin, Port, Role, Schema, Validity};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -37,9 +36,9 @@ struct PortSpec {
     greatest: Option<f64>,
     choices: Vec<String>,
     validity_ns: u64,
-    trigger: bool,
-    fixed: bool,
-    optional: bool,
+    /// The names of its options that are set. Those that the ABI lists are its attributes.
+    attributes: Vec<String>,
+    former_name: String,
     child: usize,
 }
 
@@ -54,33 +53,24 @@ struct ChildSpec {
     many: bool,
 }
 
-/// Returns the description of a plugin of these classes, and the optional functions of each.
+/// Returns the description of a plugin of these classes.
 pub(crate) fn plugin(
     py: Python<'_>,
     (name, version, doc): (String, String, String),
     classes: &[Py<PyType>],
-) -> PyResult<(Plugin, Vec<Optional>)> {
-    let mut schemas = Vec::new();
-    let mut optional = Vec::new();
-    for class in classes {
-        let spec: SchemaSpec = class.bind(py).getattr("__jde__")?.extract()?;
-        let has = |function: &str| spec.functions.iter().any(|name| name == function);
-        optional.push(Optional {
-            touch: has("touched"),
-            memory: has("save"),
-        });
-        schemas.push(schema(py, spec)?);
-    }
-    let plugin = Plugin {
+) -> PyResult<Plugin> {
+    let schemas = classes
+        .iter()
+        .map(|class| schema(py, class.bind(py).getattr("__jde__")?.extract()?));
+    Ok(Plugin {
         name,
         version,
         doc,
         abi: (jde_abi::raw::ABI_MAJOR, jde_abi::raw::ABI_MINOR),
         throws: false,
         isolated: true,
-        schemas,
-    };
-    Ok((plugin, optional))
+        schemas: schemas.collect::<PyResult<_>>()?,
+    })
 }
 
 fn schema(py: Python<'_>, spec: SchemaSpec) -> PyResult<Schema> {
@@ -103,6 +93,8 @@ fn schema(py: Python<'_>, spec: SchemaSpec) -> PyResult<Schema> {
         budget_ns: spec.budget_ns,
         arbitrates: has("arbitrate"),
         panel: has("draw"),
+        touch: has("touched"),
+        memory: has("save"),
         inspects: has("inspect"),
         guard: None,
         lists: Vec::new(),
@@ -129,9 +121,7 @@ fn port(py: Python<'_>, spec: PortSpec) -> PyResult<Port> {
         Ok(bytes)
     };
     let role = match &*spec.role {
-        "import" => Role::Import {
-            trigger: spec.trigger,
-        },
+        "import" => Role::Import,
         "modulation" => Role::Modulation {
             default: initial()?,
             limits: Limits {
@@ -139,12 +129,10 @@ fn port(py: Python<'_>, spec: PortSpec) -> PyResult<Port> {
                 greatest: spec.greatest,
                 choices: spec.choices.clone(),
             },
-            fixed: spec.fixed,
         },
         "command" => Role::Command {
             neutral: initial()?,
             validity_ns: spec.validity_ns,
-            trigger: spec.trigger,
         },
         "actuator" => Role::Actuator,
         "modulates" => Role::ChildModulation { child: spec.child },
@@ -152,12 +140,17 @@ fn port(py: Python<'_>, spec: PortSpec) -> PyResult<Port> {
             validity: Validity::from_ns(spec.validity_ns),
         },
     };
+    let flags = spec
+        .attributes
+        .iter()
+        .fold(0, |flags, name| flags | Attribute::flag(name));
     Ok(Port {
+        attributes: Attributes::of(role.kind(), flags),
         name: spec.name,
         doc: spec.doc,
         unit: spec.unit,
         value_type: Arc::clone(&layout.ty),
         role,
-        optional: spec.optional,
+        former_name: (!spec.former_name.is_empty()).then_some(spec.former_name),
     })
 }

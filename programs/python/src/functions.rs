@@ -4,11 +4,11 @@
 
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr::null_mut;
-use std::sync::Mutex;
 
 use jde_abi::raw::{self, Host};
 use jde_abi::table;
-use jde_abi::write::{self, Abilities, Functions};
+use jde_abi::write::{self, Functions};
+use parking_lot::Mutex;
 use pyo3::exceptions::PyValueError;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -16,43 +16,10 @@ use pyo3::types::{PyBytes, PyType};
 
 use crate::context::Context;
 use crate::describe;
-use crate::lock;
 use crate::panel::{Pen, gesture};
 
-/// The functions of every schema.
-const FUNCTIONS: Functions = Functions {
-    create,
-    destroy,
-    awake,
-    check,
-    iterate,
-    arbitrate,
-    sleep,
-};
-
-/// The abilities of every schema.
+/// What every schema offers. The version of a schema's own memory is part of what it saves.
 struct InPython;
-
-impl Abilities for InPython {
-    const PANEL: raw::Panel = raw::Panel {
-        size: size_of::<raw::Panel>() as u32,
-        reserved: 0,
-        draw: Some(draw),
-        touch: Some(touch),
-    };
-    const STATE: raw::State = raw::State {
-        size: size_of::<raw::State>() as u32,
-        // The version of a schema's own format is part of what it saves.
-        version: 1,
-        save: Some(save),
-        restore: Some(restore),
-    };
-    const INSPECT: raw::Inspect = raw::Inspect {
-        size: size_of::<raw::Inspect>() as u32,
-        reserved: 0,
-        inspect: Some(inspect),
-    };
-}
 
 /// The class of each table that was written.
 static CLASSES: Mutex<Vec<(usize, Py<PyType>)>> = Mutex::new(Vec::new());
@@ -73,9 +40,8 @@ pub(crate) fn table(
     about: (String, String, String),
     classes: &[Py<PyType>],
 ) -> PyResult<&'static raw::Plugin> {
-    let (description, optional) = describe::plugin(py, about, classes)?;
-    let table = write::plugin::<InPython>(&description, &FUNCTIONS, &optional);
-    let mut known = lock(&CLASSES);
+    let table = write::plugin::<InPython>(&describe::plugin(py, about, classes)?);
+    let mut known = CLASSES.lock();
     for (index, class) in classes.iter().enumerate() {
         // SAFETY: the table has a schema for each class.
         let schema = unsafe { table.schemas.add(index) };
@@ -89,32 +55,9 @@ pub(crate) fn run_on_a_bench() {
     ON_A_BENCH.store(true, std::sync::atomic::Ordering::Relaxed);
 }
 
-unsafe extern "C" fn create(
-    schema: *const raw::Schema,
-    host: *const Host,
-    cx: *mut raw::Context,
-) -> *mut c_void {
-    // SAFETY: the host's table.
-    let Ok(host) = (unsafe { table::read(host) }) else {
-        return null_mut();
-    };
-    Python::attach(|py| {
-        let made = make(py, schema, host, cx);
-        match made {
-            Ok(instance) => Box::into_raw(Box::new(instance)).cast(),
-            Err(error) => {
-                let reason = reason(py, &error);
-                // SAFETY: the context of this call, and a text of that length.
-                unsafe { (host.fail)(cx, reason.as_ptr().cast(), reason.len() as u64) };
-                null_mut()
-            }
-        }
-    })
-}
-
 fn make(py: Python<'_>, schema: *const raw::Schema, host: Host, cx: *mut raw::Context) -> PyResult<Instance> {
     let class = {
-        let known = lock(&CLASSES);
+        let known = CLASSES.lock();
         let found = known.iter().find(|(table, _)| *table == schema as usize);
         found.map(|(_, class)| class.clone_ref(py))
     };
@@ -132,12 +75,6 @@ fn make(py: Python<'_>, schema: *const raw::Schema, host: Host, cx: *mut raw::Co
         object: object.unbind(),
         context,
     })
-}
-
-unsafe extern "C" fn destroy(instance: *mut c_void) {
-    // SAFETY: what `create` returned, passed back once.
-    let instance = unsafe { Box::from_raw(instance.cast::<Instance>()) };
-    Python::attach(|_| drop(instance));
 }
 
 /// Runs a call of an instance, and returns its status. An error becomes the reason of a failure.
@@ -192,32 +129,6 @@ fn is_no_value(py: Python<'_>, error: &PyErr) -> bool {
     class.is_ok_and(|class| error.is_instance(py, &class))
 }
 
-unsafe extern "C" fn awake(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
-    // SAFETY: the host's pointers.
-    unsafe {
-        call(instance, cx, |py, object, cx| {
-            object.call_method1(intern!(py, "awake"), (cx,)).map(drop)
-        })
-    }
-}
-
-unsafe extern "C" fn check(instance: *mut c_void, cx: *mut raw::Context, out: *mut raw::Precondition) -> i32 {
-    let check = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
-        let result = object.call_method1(intern!(py, "check"), (cx,))?;
-        let (ready, urgency) = precondition(&result)?;
-        let filled = raw::Precondition {
-            size: size_of::<raw::Precondition>() as u32,
-            ready: u32::from(ready),
-            urgency,
-        };
-        // SAFETY: the host's room for the result, which states its size.
-        unsafe { table::write(out, &filled) };
-        Ok(())
-    };
-    // SAFETY: the host's pointers.
-    unsafe { call(instance, cx, check) }
-}
-
 /// Reads what a check returned: a bool, or a `Precondition`.
 fn precondition(result: &Bound<'_, PyAny>) -> PyResult<(bool, f64)> {
     if let Ok(ready) = result.extract::<bool>() {
@@ -237,61 +148,6 @@ fn precondition(result: &Bound<'_, PyAny>) -> PyResult<(bool, f64)> {
         return Err(PyValueError::new_err(message));
     }
     Ok((ready, urgency))
-}
-
-unsafe extern "C" fn iterate(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
-    // SAFETY: the host's pointers.
-    unsafe {
-        call(instance, cx, |py, object, cx| {
-            object.call_method1(intern!(py, "iterate"), (cx,)).map(drop)
-        })
-    }
-}
-
-unsafe extern "C" fn sleep(instance: *mut c_void, cx: *mut raw::Context) {
-    // SAFETY: the host's pointers.
-    unsafe {
-        call(instance, cx, |py, object, cx| {
-            object.call_method1(intern!(py, "sleep"), (cx,)).map(drop)
-        });
-    }
-}
-
-unsafe extern "C" fn arbitrate(
-    instance: *mut c_void,
-    cx: *mut raw::Context,
-    level: *const raw::Level,
-    out: *mut raw::Verdict,
-) -> i32 {
-    // SAFETY: the host's table, which lives until this call returns.
-    let Ok(level) = (unsafe { table::read(level) }) else {
-        return raw::BAD_ARGUMENT;
-    };
-    let arbitrate = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
-        // SAFETY: the host's name of the group, and its candidates, of which the first states the stride.
-        let (group, candidates) =
-            unsafe { (CStr::from_ptr(level.group).to_string_lossy(), candidates(&level)) };
-        let arguments = (cx, level.case, group, candidates, level.winner);
-        let answer = object.call_method1(intern!(py, "_arbitrate"), arguments)?;
-        let (child, text): (i32, String) = answer.extract()?;
-        let mut verdict = raw::Verdict {
-            size: size_of::<raw::Verdict>() as u32,
-            child,
-            reason: [0; 128],
-        };
-        let mut end = text.len().min(verdict.reason.len() - 1);
-        while !text.is_char_boundary(end) {
-            end -= 1;
-        }
-        for (place, byte) in verdict.reason.iter_mut().zip(&text.as_bytes()[..end]) {
-            *place = *byte as c_char;
-        }
-        // SAFETY: the host's room for the verdict, which states its size.
-        unsafe { table::write(out, &verdict) };
-        Ok(())
-    };
-    // SAFETY: the host's pointers.
-    unsafe { call(instance, cx, arbitrate) }
 }
 
 /// Returns the candidates of a level: role, state, precondition, urgency.
@@ -320,107 +176,223 @@ unsafe fn candidates(level: &raw::Level) -> Vec<(u32, u32, bool, f64)> {
     }
 }
 
-unsafe extern "C" fn draw(instance: *mut c_void, cx: *mut raw::Context, pen: *const raw::Pen) -> i32 {
-    // SAFETY: the host's table, which lives until this call returns.
-    let Ok(pen) = (unsafe { table::read(pen) }) else {
-        return raw::BAD_ARGUMENT;
-    };
-    let draw = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
-        let pen = Py::new(py, Pen::new(pen))?;
-        let drawn = object.call_method1(intern!(py, "_draw"), (cx, pen.clone_ref(py)));
-        pen.get().end();
-        drawn.map(drop)
-    };
-    // SAFETY: the host's pointers.
-    unsafe { call(instance, cx, draw) }
-}
-
-unsafe extern "C" fn touch(
-    instance: *mut c_void,
-    cx: *mut raw::Context,
-    touched: *const raw::Gesture,
-) -> i32 {
-    // SAFETY: the host's table, which lives until this call returns.
-    let Ok(touched) = (unsafe { table::read(touched) }) else {
-        return raw::BAD_ARGUMENT;
-    };
-    // SAFETY: the host's pointers, and its gesture.
-    unsafe {
-        call(instance, cx, |py, object, cx| {
-            let gesture = gesture(py, &touched)?;
-            object
-                .call_method1(intern!(py, "_touch"), (cx, gesture))
-                .map(drop)
-        })
-    }
-}
-
-unsafe extern "C" fn save(instance: *mut c_void, cx: *mut raw::Context, saver: *const raw::Saver) -> i32 {
-    // SAFETY: the host's table, which lives until this call returns.
-    let Ok(saver) = (unsafe { table::read(saver) }) else {
-        return raw::BAD_ARGUMENT;
-    };
-    let save = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
-        let saved = object.call_method1(intern!(py, "_save"), (cx,))?;
-        let bytes = saved.cast::<PyBytes>()?.as_bytes();
-        // SAFETY: the host's function and its first argument, and bytes of that length.
-        match unsafe { (saver.write)(saver.saving, bytes.as_ptr().cast(), bytes.len() as u64) } {
-            raw::OK => Ok(()),
-            _ => {
-                let message = format!("it saves {} bytes, more than are kept", bytes.len());
-                Err(PyValueError::new_err(message))
+impl Functions for InPython {
+    unsafe extern "C" fn create(
+        schema: *const raw::Schema,
+        host: *const Host,
+        cx: *mut raw::Context,
+    ) -> *mut c_void {
+        // SAFETY: the host's table.
+        let Ok(host) = (unsafe { table::read(host) }) else {
+            return null_mut();
+        };
+        Python::attach(|py| {
+            let made = make(py, schema, host, cx);
+            match made {
+                Ok(instance) => Box::into_raw(Box::new(instance)).cast(),
+                Err(error) => {
+                    let reason = reason(py, &error);
+                    // SAFETY: the context of this call, and a text of that length.
+                    unsafe { (host.fail)(cx, reason.as_ptr().cast(), reason.len() as u64) };
+                    null_mut()
+                }
             }
-        }
-    };
-    // SAFETY: the host's pointers.
-    unsafe { call(instance, cx, save) }
-}
-
-unsafe extern "C" fn restore(
-    instance: *mut c_void,
-    cx: *mut raw::Context,
-    _: u32,
-    bytes: *const c_void,
-    length: u64,
-) -> i32 {
-    let bytes = match length {
-        0 => &[][..],
-        // SAFETY: the host's bytes, which live until this call returns.
-        length => unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) },
-    };
-    // SAFETY: the host's pointers.
-    unsafe {
-        call(instance, cx, |py, object, cx| {
-            let bytes = PyBytes::new(py, bytes);
-            object
-                .call_method1(intern!(py, "_restore"), (cx, bytes))
-                .map(drop)
         })
     }
-}
 
-unsafe extern "C" fn inspect(
-    instance: *mut c_void,
-    cx: *mut raw::Context,
-    problems: *const raw::Problems,
-) -> i32 {
-    // SAFETY: the host's table, which lives until this call returns.
-    let Ok(list) = (unsafe { table::read(problems) }) else {
-        return raw::BAD_ARGUMENT;
-    };
-    let inspect = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
-        let found = object.call_method1(intern!(py, "_inspect"), (cx,))?;
-        for (port, is_unavailable, text) in found.extract::<Vec<(u32, bool, String)>>()? {
-            let kind = if is_unavailable {
-                raw::PROBLEM_UNAVAILABLE
-            } else {
-                raw::PROBLEM_WRONG
-            };
-            // SAFETY: the host's function and its first argument, and a text of that length.
-            unsafe { (list.add)(list.found, kind, port, text.as_ptr().cast(), text.len() as u64) };
+    unsafe extern "C" fn destroy(instance: *mut c_void) {
+        // SAFETY: what `create` returned, passed back once.
+        let instance = unsafe { Box::from_raw(instance.cast::<Instance>()) };
+        Python::attach(|_| drop(instance));
+    }
+
+    unsafe extern "C" fn awake(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
+        // SAFETY: the host's pointers.
+        unsafe {
+            call(instance, cx, |py, object, cx| {
+                object.call_method1(intern!(py, "awake"), (cx,)).map(drop)
+            })
         }
-        Ok(())
-    };
-    // SAFETY: the host's pointers.
-    unsafe { call(instance, cx, inspect) }
+    }
+
+    unsafe extern "C" fn check(
+        instance: *mut c_void,
+        cx: *mut raw::Context,
+        out: *mut raw::Precondition,
+    ) -> i32 {
+        let check = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
+            let result = object.call_method1(intern!(py, "check"), (cx,))?;
+            let (ready, urgency) = precondition(&result)?;
+            let filled = raw::Precondition {
+                size: size_of::<raw::Precondition>() as u32,
+                ready: u32::from(ready),
+                urgency,
+            };
+            // SAFETY: the host's room for the result, which states its size.
+            unsafe { table::write(out, &filled) };
+            Ok(())
+        };
+        // SAFETY: the host's pointers.
+        unsafe { call(instance, cx, check) }
+    }
+
+    unsafe extern "C" fn iterate(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
+        // SAFETY: the host's pointers.
+        unsafe {
+            call(instance, cx, |py, object, cx| {
+                object.call_method1(intern!(py, "iterate"), (cx,)).map(drop)
+            })
+        }
+    }
+
+    unsafe extern "C" fn sleep(instance: *mut c_void, cx: *mut raw::Context) {
+        // SAFETY: the host's pointers.
+        unsafe {
+            call(instance, cx, |py, object, cx| {
+                object.call_method1(intern!(py, "sleep"), (cx,)).map(drop)
+            });
+        }
+    }
+
+    unsafe extern "C" fn arbitrate(
+        instance: *mut c_void,
+        cx: *mut raw::Context,
+        level: *const raw::Level,
+        out: *mut raw::Verdict,
+    ) -> i32 {
+        // SAFETY: the host's table, which lives until this call returns.
+        let Ok(level) = (unsafe { table::read(level) }) else {
+            return raw::BAD_ARGUMENT;
+        };
+        let arbitrate = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
+            // SAFETY: the host's name of the group, and its candidates, of which the first states the stride.
+            let (group, candidates) =
+                unsafe { (CStr::from_ptr(level.group).to_string_lossy(), candidates(&level)) };
+            let arguments = (cx, level.case, group, candidates, level.winner);
+            let answer = object.call_method1(intern!(py, "_arbitrate"), arguments)?;
+            let (child, text): (i32, String) = answer.extract()?;
+            let mut verdict = raw::Verdict {
+                size: size_of::<raw::Verdict>() as u32,
+                child,
+                reason: [0; 128],
+            };
+            let mut end = text.len().min(verdict.reason.len() - 1);
+            while !text.is_char_boundary(end) {
+                end -= 1;
+            }
+            for (place, byte) in verdict.reason.iter_mut().zip(&text.as_bytes()[..end]) {
+                *place = *byte as c_char;
+            }
+            // SAFETY: the host's room for the verdict, which states its size.
+            unsafe { table::write(out, &verdict) };
+            Ok(())
+        };
+        // SAFETY: the host's pointers.
+        unsafe { call(instance, cx, arbitrate) }
+    }
+
+    unsafe extern "C" fn draw(instance: *mut c_void, cx: *mut raw::Context, pen: *const raw::Pen) -> i32 {
+        // SAFETY: the host's table, which lives until this call returns.
+        let Ok(pen) = (unsafe { table::read(pen) }) else {
+            return raw::BAD_ARGUMENT;
+        };
+        let draw = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
+            let pen = Py::new(py, Pen::new(pen))?;
+            let drawn = object.call_method1(intern!(py, "_draw"), (cx, pen.clone_ref(py)));
+            pen.get().end();
+            drawn.map(drop)
+        };
+        // SAFETY: the host's pointers.
+        unsafe { call(instance, cx, draw) }
+    }
+
+    unsafe extern "C" fn touch(
+        instance: *mut c_void,
+        cx: *mut raw::Context,
+        touched: *const raw::Gesture,
+    ) -> i32 {
+        // SAFETY: the host's table, which lives until this call returns.
+        let Ok(touched) = (unsafe { table::read(touched) }) else {
+            return raw::BAD_ARGUMENT;
+        };
+        // SAFETY: the host's pointers, and its gesture.
+        unsafe {
+            call(instance, cx, |py, object, cx| {
+                let gesture = gesture(py, &touched)?;
+                object
+                    .call_method1(intern!(py, "_touch"), (cx, gesture))
+                    .map(drop)
+            })
+        }
+    }
+
+    unsafe extern "C" fn save(instance: *mut c_void, cx: *mut raw::Context, saver: *const raw::Saver) -> i32 {
+        // SAFETY: the host's table, which lives until this call returns.
+        let Ok(saver) = (unsafe { table::read(saver) }) else {
+            return raw::BAD_ARGUMENT;
+        };
+        let save = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
+            let saved = object.call_method1(intern!(py, "_save"), (cx,))?;
+            let bytes = saved.cast::<PyBytes>()?.as_bytes();
+            // SAFETY: the host's function and its first argument, and bytes of that length.
+            match unsafe { (saver.write)(saver.saving, bytes.as_ptr().cast(), bytes.len() as u64) } {
+                raw::OK => Ok(()),
+                _ => {
+                    let message = format!("it saves {} bytes, more than are kept", bytes.len());
+                    Err(PyValueError::new_err(message))
+                }
+            }
+        };
+        // SAFETY: the host's pointers.
+        unsafe { call(instance, cx, save) }
+    }
+
+    unsafe extern "C" fn restore(
+        instance: *mut c_void,
+        cx: *mut raw::Context,
+        _: u32,
+        bytes: *const c_void,
+        length: u64,
+    ) -> i32 {
+        let bytes = match length {
+            0 => &[][..],
+            // SAFETY: the host's bytes, which live until this call returns.
+            length => unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) },
+        };
+        // SAFETY: the host's pointers.
+        unsafe {
+            call(instance, cx, |py, object, cx| {
+                let bytes = PyBytes::new(py, bytes);
+                object
+                    .call_method1(intern!(py, "_restore"), (cx, bytes))
+                    .map(drop)
+            })
+        }
+    }
+
+    unsafe extern "C" fn inspect(
+        instance: *mut c_void,
+        cx: *mut raw::Context,
+        problems: *const raw::Problems,
+    ) -> i32 {
+        // SAFETY: the host's table, which lives until this call returns.
+        let Ok(list) = (unsafe { table::read(problems) }) else {
+            return raw::BAD_ARGUMENT;
+        };
+        let inspect = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
+            let found = object.call_method1(intern!(py, "_inspect"), (cx,))?;
+            for (port, is_unavailable, text) in found.extract::<Vec<(u32, bool, String)>>()? {
+                let kind = if is_unavailable {
+                    raw::PROBLEM_UNAVAILABLE
+                } else {
+                    raw::PROBLEM_WRONG
+                };
+                // SAFETY: the host's function and its first argument, and a text of that length.
+                unsafe { (list.add)(list.found, kind, port, text.as_ptr().cast(), text.len() as u64) };
+            }
+            Ok(())
+        };
+        // SAFETY: the host's pointers.
+        unsafe { call(instance, cx, inspect) }
+    }
 }

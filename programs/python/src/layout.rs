@@ -1,16 +1,17 @@
 //! The layouts of values: how the bytes of a value become objects of Python, and objects its bytes.
 
 use std::collections::HashMap;
-use std::sync::{Arc, LazyLock, Mutex};
+use std::sync::{Arc, LazyLock};
 
 use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
+use parking_lot::Mutex;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyList, PyString, PyType};
 
+use crate::numbers;
 use crate::views::Views;
-use crate::{lock, numbers};
 
 /// Arrays and sequences of up to this many numbers become lists; longer ones become views of the memory.
 const LONGEST_LIST: usize = 64;
@@ -134,7 +135,7 @@ impl Layout {
         let layout = slf.get();
         // A class is bound once, by its own definition.
         drop(layout.class.set(py, class));
-        let replaced = lock(&KNOWN).insert(layout.ty.hash(), slf.clone_ref(py));
+        let replaced = KNOWN.lock().insert(layout.ty.hash(), slf.clone_ref(py));
         drop(replaced);
     }
 
@@ -179,7 +180,7 @@ impl Layout {
     /// Returns the layout of a type.
     pub(crate) fn of(py: Python<'_>, ty: &Arc<Type>) -> PyResult<Py<Self>> {
         let hash = ty.hash();
-        if let Some(layout) = lock(&KNOWN).get(&hash) {
+        if let Some(layout) = KNOWN.lock().get(&hash) {
             return Ok(layout.clone_ref(py));
         }
         let part = |field: &Field| {
@@ -196,7 +197,7 @@ impl Layout {
             class: PyOnceLock::new(),
         };
         let layout = Py::new(py, layout)?;
-        lock(&KNOWN).insert(hash, layout.clone_ref(py));
+        KNOWN.lock().insert(hash, layout.clone_ref(py));
         Ok(layout)
     }
 

@@ -20,8 +20,6 @@ mod serve;
 mod values;
 mod views;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
 use jde_core::Nanos;
 use jde_records::RunRecord;
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -48,18 +46,15 @@ fn run_error(error: jde_embed::Error) -> PyErr {
     }
 }
 
-/// Locks what a panic cannot leave half done.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// Converts seconds.
 fn nanoseconds(seconds: f64) -> PyResult<Nanos> {
     let nanoseconds = (seconds * 1e9).round();
     if (0.0..9e18).contains(&nanoseconds) {
         Ok(nanoseconds as Nanos)
     } else {
-        Err(PyValueError::new_err(format!("{seconds} s is no time of a run")))
+        Err(PyValueError::new_err(format!(
+            "{seconds} s is not a time of a run"
+        )))
     }
 }
 
@@ -104,7 +99,7 @@ mod _jde {
     #[pymodule_export]
     use crate::recordings::OpenRecording;
     #[pymodule_export]
-    use crate::runs::Run;
+    use crate::runs::PythonRun;
     #[pymodule_export]
     use crate::serve::{inspect, serve};
 

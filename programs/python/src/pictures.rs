@@ -1,7 +1,9 @@
 //! Pictures of what a program has in memory, as PNG.
 
 use jde_core::Nanos;
-use jde_report::{Drive, PathPoint, Picture, RobotPath, SIDES, Size};
+use jde_drawing::Picture;
+use jde_drawing::map::{DriveMap, PathPoint, RobotPath};
+use jde_report::{SIDES, Size};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -23,7 +25,7 @@ pub(crate) fn draw_numbers<'py>(
             .into_iter()
             .map(|(name, values)| (name, times.iter().copied().zip(values).collect()))
             .collect();
-        Ok(Picture::of_numbers(title, numbers, size))
+        Ok(jde_report::draw_numbers(title, numbers, size))
     })
 }
 
@@ -42,10 +44,10 @@ pub(crate) fn draw_paths<'py>(
             points: poses.into_iter().map(point).collect(),
             ..RobotPath::default()
         });
-        let drive = Drive {
+        let drive = DriveMap {
             title,
             paths: paths.collect(),
-            ..Drive::default()
+            ..DriveMap::default()
         };
         Ok(Picture::of_drive(&drive))
     })

@@ -1,23 +1,22 @@
 //! What a policy observes and commands, as vectors of numbers: the fast way for learning. A run is read and
 //! written without an object of Python for each value.
 
-use std::sync::Mutex;
-
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::Reader;
 use jde_board::value::{Value, decode_scalar};
 use jde_embed::LivePort;
+use parking_lot::Mutex;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-use crate::runs::Run;
+use crate::error;
+use crate::runs::PythonRun;
 use crate::values::length;
-use crate::{error, lock};
 
 /// The numbers that a policy observes and commands in one run.
 #[pyclass(frozen, module = "jde", name = "Policy")]
 pub(crate) struct Policy {
-    run: Py<Run>,
+    run: Py<PythonRun>,
     state: Mutex<State>,
 }
 
@@ -58,7 +57,7 @@ impl Policy {
     /// Prepares the numbers named by `observe`, such as `pioneer.laser.ranges`, and those that mocks command, named
     /// by `act`, such as `policy.base.linear.x`.
     #[new]
-    fn new(run: Py<Run>, observe: Vec<String>, act: Vec<String>) -> PyResult<Self> {
+    fn new(run: Py<PythonRun>, observe: Vec<String>, act: Vec<String>) -> PyResult<Self> {
         let running = run.get();
         let observed = observe.iter().map(|name| Observed::new(running, name));
         let observed = observed.collect::<PyResult<_>>()?;
@@ -96,7 +95,7 @@ impl Policy {
     /// Returns the newest numbers as 32-bit floats; `None` while a variable has had no value. A variable whose
     /// value was retracted keeps its last numbers.
     fn observe<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         state.observe().then(|| {
             let bytes: Vec<u8> = state
                 .numbers
@@ -109,14 +108,14 @@ impl Policy {
 
     /// Returns the names of the variables without a value.
     fn missing(&self) -> Vec<String> {
-        let state = lock(&self.state);
+        let state = self.state.lock();
         let missing = state.observed.iter().filter(|observed| observed.count.is_none());
         missing.map(|observed| observed.name.clone()).collect()
     }
 
     /// Returns how many numbers each name stands for; 0 while it has had no value.
     fn counts(&self) -> Vec<usize> {
-        let state = lock(&self.state);
+        let state = self.state.lock();
         let observed = state.observed.iter();
         observed
             .map(|observed| observed.count.unwrap_or_default())
@@ -125,7 +124,7 @@ impl Policy {
 
     /// Commands the numbers of an action, and runs until a time, s. Returns whether the application goes on.
     fn act(&self, py: Python<'_>, action: Vec<f64>, until: f64) -> PyResult<bool> {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         for command in &mut state.commands {
             for (place, part) in &command.numbers {
                 let number = action
@@ -174,7 +173,7 @@ impl State {
 }
 
 impl Observed {
-    fn new(run: &Run, name: &str) -> PyResult<Self> {
+    fn new(run: &PythonRun, name: &str) -> PyResult<Self> {
         let (variable, path) = run.0.find(name).map_err(crate::run_error)?;
         let mut parts = Vec::new();
         collect(&variable.describe().value_type, path, 0, &mut parts)

@@ -9,7 +9,7 @@ use jde_abi::describe::Type;
 use jde_board::value::get_path;
 use jde_embed::split_name;
 use jde_log::{LeftOut, ReadError, RecordedVariable, RecordedVariables, Recording};
-use jde_report::{Analysis, Picture, Series, Wanted};
+use jde_report::{Analysis, Series, Wanted, draw_recording};
 use jde_ros::cdr;
 use pyo3::exceptions::{PyKeyError, PyMemoryError, PyUserWarning};
 use pyo3::prelude::*;
@@ -155,7 +155,7 @@ impl OpenRecording {
         };
         png(py, || {
             let analysis = Analysis::read(&self.recording, wanted, &mut |_| {}).map_err(read_error)?;
-            Ok(Picture::of_recording(&analysis, size))
+            Ok(draw_recording(&analysis, size))
         })
     }
 }

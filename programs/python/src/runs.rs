@@ -13,10 +13,10 @@ use crate::{error, json, nanoseconds, record_to_python, run_error};
 
 /// An application in lockstep.
 #[pyclass(frozen, module = "jde", name = "Run")]
-pub(crate) struct Run(pub(crate) jde_embed::Run);
+pub(crate) struct PythonRun(pub(crate) jde_embed::Run);
 
 #[pymethods]
-impl Run {
+impl PythonRun {
     /// The time since the start, s.
     #[getter]
     fn time(&self) -> f64 {
@@ -171,7 +171,7 @@ impl Run {
     }
 }
 
-impl Run {
+impl PythonRun {
     /// Lets time pass without the interpreter. An interruption, such as Ctrl-C, brings the application to rest.
     fn until(&self, py: Python<'_>, time: Option<f64>, condition: Option<&str>) -> PyResult<Stop> {
         let end = time.map(nanoseconds).transpose()?;

@@ -17,8 +17,8 @@ pub(crate) fn serve(py: Python<'_>) -> PyResult<()> {
     py.detach(|| {
         serve_schema(|plugin| match plugin {
             PluginLocation::Python { copy, path } => load(copy, path).map_err(|error| error.to_string()),
-            PluginLocation::File(path) => Err(format!("{} is no file of Python", path.display())),
-            PluginLocation::LinkedIn(name) => Err(format!("`{name}` is no file of Python")),
+            PluginLocation::File(path) => Err(format!("{} is not a file of Python", path.display())),
+            PluginLocation::LinkedIn(name) => Err(format!("`{name}` is not a file of Python")),
         })
     })
     .map_err(|error| PyRuntimeError::new_err(error.to_string()))

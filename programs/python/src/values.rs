@@ -70,7 +70,7 @@ impl From<Exceeded> for Refusal {
 pub(crate) fn from_python(object: &Bound<'_, PyAny>) -> PyResult<Value> {
     read(object, &mut Budget::default()).map_err(|refusal| match refusal {
         Refusal::Python(error) => error,
-        Refusal::Exceeded(exceeded) => PyValueError::new_err(format!("this is no value: {exceeded}")),
+        Refusal::Exceeded(exceeded) => PyValueError::new_err(format!("this is not a value: {exceeded}")),
     })
 }
 
@@ -124,7 +124,7 @@ fn read_parts(object: &Bound<'_, PyAny>, budget: &mut Budget) -> Result<Value, R
     match object.call_method0("tolist") {
         Ok(list) => read(&list, budget),
         Err(_) => Err(PyTypeError::new_err(format!(
-            "a {} is no value: give a number, a text, a list, a dictionary or a value",
+            "a {} is not a value: give a number, a text, a list, a dictionary or a value",
             object.get_type().name()?
         ))
         .into()),

@@ -516,7 +516,9 @@ def test_a_time_of_a_value_that_is_none_is_refused(time: float) -> None:
         def iterate(self, cx: Context) -> None:
             self.nearest.write(1.0, time=time)
 
-    with pytest.raises(RuntimeError, match=f"export `nearest`: {re.escape(repr(time))} is no time: it is in seconds"):
+    with pytest.raises(
+        RuntimeError, match=f"export `nearest`: {re.escape(repr(time))} is not a time: it is in seconds"
+    ):
         Bench(Writes).iterate()
 
 

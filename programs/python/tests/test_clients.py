@@ -122,7 +122,7 @@ def test_a_rate_is_above_zero(robot: jde.Remote, rate: float) -> None:
 
 def test_a_wait_is_a_time(robot: jde.Remote) -> None:
     with robot.watch("pioneer.truth") as watch:
-        with pytest.raises(ValueError, match="nan s is no time to wait"):
+        with pytest.raises(ValueError, match="nan s is not a time to wait"):
             watch.receive(math.nan)
         assert watch.receive(PATIENCE) is not None
 
@@ -184,7 +184,7 @@ def test_a_schema_named_as_a_method_is_no_attribute() -> None:
 @pytest.mark.parametrize("name", ["goon", "stop", "name", "new"])
 def test_only_the_variables_of_a_schema_are_written(name: str) -> None:
     robot = jde.Remote(cast(Any, Anywhere()))
-    with pytest.raises(AttributeError, match=f"`{name}` is no variable: write one of a schema"):
+    with pytest.raises(AttributeError, match=f"`{name}` is not a variable: write one of a schema"):
         setattr(robot, name, 1.0)
 
 

@@ -187,7 +187,7 @@ def test_what_cannot_be_debugged_is_refused_in_words(robot: Robot, name: str, wo
 
 def test_r11_a_call_is_held_only_for_a_debugger(body: Callable[..., Result]) -> None:
     drive = body("def iterate(self, cx):\n    cx._raw.hold(True)", more='restart = "never"')
-    assert "its process asked what cannot be asked: Hold" in drive.text, drive.text
+    assert "its process sent an invalid request: Hold" in drive.text, drive.text
     assert "roots: nobody -> ahead" in drive.text, drive.text
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from textwrap import dedent
 from typing import Any
 
 import pytest
@@ -85,14 +86,14 @@ def test_a_type_in_the_place_of_a_value_is_refused() -> None:
     [
         ({}, {"kind": "actor", "period": 1}, "of the kind 'actor'"),
         ({}, {"kind": "motor"}, "states no period"),
-        ({}, {"kind": "motor", "period": "fast"}, "Wrong: period: 'fast' is no time"),
-        ({}, {"kind": "motor", "period": "1.2.3s"}, "Wrong: period: '1.2.3s' is no time"),
+        ({}, {"kind": "motor", "period": "fast"}, "Wrong: period: 'fast' is not a time"),
+        ({}, {"kind": "motor", "period": "1.2.3s"}, "Wrong: period: '1.2.3s' is not a time"),
         ({}, {"kind": "motor", "period": None}, "states no period"),
-        ({}, {"kind": "motor", "period": []}, r"Wrong: period: \[\] is no time"),
-        ({}, {"kind": "motor", "period": -1}, "Wrong: period: -1 is no time of a schema: write one above 0"),
-        ({}, {"kind": "motor", "period": 0}, "Wrong: period: 0 is no time of a schema"),
-        ({}, {"kind": "motor", "period": float("nan")}, "Wrong: period: nan is no time"),
-        ({}, {"kind": "motor", "period": 1, "budget": float("inf")}, "Wrong: budget: inf is no time of a schema"),
+        ({}, {"kind": "motor", "period": []}, r"Wrong: period: \[\] is not a time"),
+        ({}, {"kind": "motor", "period": -1}, "Wrong: period: -1 is not a time of a schema: write one above 0"),
+        ({}, {"kind": "motor", "period": 0}, "Wrong: period: 0 is not a time of a schema"),
+        ({}, {"kind": "motor", "period": float("nan")}, "Wrong: period: nan is not a time"),
+        ({}, {"kind": "motor", "period": 1, "budget": float("inf")}, "Wrong: budget: inf is not a time of a schema"),
         ({}, {"kind": "motor", "period": 1, "priod": 2}, "Wrong states priod, and a schema states kind, period"),
         ({}, {"period": 1}, "Wrong states no kind"),
         ({"check": asynchronous}, MOTOR, "Wrong.check is asynchronous or a generator.*write def check without async"),
@@ -129,7 +130,7 @@ def test_a_type_in_the_place_of_a_value_is_refused() -> None:
         (
             {"annotations": {"c": Command[t.Twist]}, "c": command(t.Twist(), validity=-1)},
             MOTOR,
-            "Wrong.c: validity: -1 is no time of a schema",
+            "Wrong.c: validity: -1 is not a time of a schema",
         ),
         (
             {"check": lambda self, cx: True},
@@ -141,7 +142,7 @@ def test_a_type_in_the_place_of_a_value_is_refused() -> None:
         ({"touched": lambda self, cx, gesture: None}, MOTOR, "touched and no draw"),
         ({"judge": lambda self: None}, MOTOR, "a guard judges commands in the process of the host"),
         ({"annotations": {"laser": Import}}, MOTOR, "states no type of value"),
-        ({"annotations": {"laser": Import[str]}}, MOTOR, r"str is no part of a value: use a number.*text\(32\)"),
+        ({"annotations": {"laser": Import[str]}}, MOTOR, r"str is not a part of a value: use a number.*text\(32\)"),
         (
             {"annotations": {"speed": Modulation[float]}},
             MOTOR,
@@ -202,3 +203,44 @@ class Lock(Schema, kind="driver", period="1s"):
     described = robot.jde("describe", "lock.py", "--json")
     assert described.status == 0, described.text
     assert [port["trigger"] for port in json.loads(described.text)["schemas"][0]["ports"]] == [True, False]
+
+
+def test_ports_of_a_class_that_others_extend_are_those_of_each_schema(robot: Robot) -> None:
+    (robot.folder / "limits.py").write_text(
+        dedent(
+            '''
+        """Two schemas with the same limits."""
+
+        from jde import Actuator, Modulation, Schema, modulation
+        from jde import types as t
+
+
+        class Limits(Schema):
+            speed: Modulation[float] = modulation(0.3, unit="m/s", min=0.0, was="fast")
+            """Greatest speed."""
+
+
+        class Base(Schema):
+            base: Actuator[t.Twist]
+            """Speeds of the base."""
+
+
+        class Ahead(Limits, Base, kind="motor", period="100ms"):
+            def iterate(self, cx):
+                self.base.command(t.Twist(linear=t.Vector3(x=self.speed)))
+
+
+        class Back(Limits, Base, kind="motor", period="100ms"):
+            def iterate(self, cx):
+                self.base.command(t.Twist(linear=t.Vector3(x=-self.speed)))
+        '''
+        )
+    )
+    described = robot.jde("describe", "limits.py", "--json")
+    assert described.status == 0, described.text
+    schemas = json.loads(described.text)["schemas"]
+    assert [schema["name"] for schema in schemas] == ["Ahead", "Back"]
+    for schema in schemas:
+        ports = {port["name"]: port for port in schema["ports"]}
+        assert sorted(ports) == ["base", "speed"]
+        assert (ports["speed"]["doc"], ports["speed"]["former_name"]) == ("Greatest speed.", "fast")

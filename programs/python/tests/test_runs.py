@@ -135,7 +135,7 @@ def test_an_operator_of_the_run_writes_and_acts(navigation: Path) -> None:
             run["goon.ahead"] = -3.0
         with pytest.raises(KeyError, match="no modulation `ahed`"):
             run["goon.ahed"] = 1.0
-        with pytest.raises(TypeError, match="is no value"):
+        with pytest.raises(TypeError, match="is not a value"):
             run["goon.ahead"] = object()
         run.until(2.0)
         run["teleop.want"] = {"twist": {"linear": {"x": 0.2}}, "wanted": True}
@@ -322,7 +322,7 @@ def test_faults_of_an_application_are_named(tmp_path: Path, reach: Path) -> None
         jde.run(reach, mocks=["policy"], set={"polcy.period": "1 s"})
     with pytest.raises(jde.Error, match="no such schema"):
         jde.run(reach, mocks=["policy", "polcy"])
-    with pytest.raises(ValueError, match="no time"):
+    with pytest.raises(ValueError, match="not a time"):
         jde.run(reach, mocks=["policy"]).until(-1.0)
 
 

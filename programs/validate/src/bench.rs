@@ -2,15 +2,14 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{CStr, CString};
 use std::mem::offset_of;
-use std::ptr::null;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::ThreadId;
 
 use jde_abi::describe::{Role, Schema};
-use jde_abi::raw::{self, Context, Host};
-use jde_abi::table::{self, text_of};
+use jde_abi::host::{self, Host};
+use jde_abi::raw::{self, Context};
 use jde_board::finite::Finite;
 use jde_loader::AlignedBytes;
 use jde_loader::instance::PluginContext;
@@ -83,7 +82,7 @@ impl<'s> Bench<'s> {
     }
 
     /// The table for the instance.
-    pub(crate) fn table(&self) -> &'static Host {
+    pub(crate) fn table(&self) -> &'static raw::Host {
         if self.circumstances.is_old {
             &OLD_HOST
         } else {
@@ -149,50 +148,13 @@ impl<'s> Bench<'s> {
         optional && !self.circumstances.is_bound
     }
 
-    fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
-        let Some(port) = self.schema.ports.get(number as usize) else {
-            self.breach("ports", format!("it reads port {number}, and has no such port"));
-            return Err(raw::BAD_ARGUMENT);
-        };
-        let is_import = match port.role {
-            Role::Import { .. } => true,
-            Role::Modulation { .. } | Role::Command { .. } => false,
-            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {
-                self.breach(
-                    "ports",
-                    format!("it reads `{}`, which it can only write", port.name),
-                );
-                return Err(raw::BAD_ARGUMENT);
-            }
-        };
-        if self.is_unbound(port.optional) && is_import {
-            return Err(raw::UNBOUND);
-        }
-        if is_import && !self.circumstances.has_values {
-            return Err(raw::NO_VALUE);
-        }
-        let bytes = self.values[number as usize].bytes();
-        Ok(raw::Sample {
-            data: bytes.as_ptr().cast(),
-            bytes: bytes.len() as u64,
-            time_ns: self.now - STEP,
-            sequence: u64::from(is_import),
-            writer: u32::MAX,
-            flags: match port.role {
-                Role::Modulation { .. } => raw::SAMPLE_DEFAULT,
-                Role::Command { .. } => raw::SAMPLE_NEUTRAL,
-                _ => 0,
-            },
-        })
-    }
-
     fn output(&mut self, number: u32, verb: &str) -> Result<usize, i32> {
         let Some(port) = self.schema.ports.get(number as usize) else {
             self.breach("ports", format!("it {verb} port {number}, and has no such port"));
             return Err(raw::BAD_ARGUMENT);
         };
         match port.role {
-            Role::Import { .. } | Role::Modulation { .. } | Role::Command { .. } => {
+            Role::Import | Role::Modulation { .. } | Role::Command { .. } => {
                 self.breach(
                     "ports",
                     format!("it {verb} `{}`, which it can only read", port.name),
@@ -200,22 +162,14 @@ impl<'s> Bench<'s> {
                 Err(raw::BAD_ARGUMENT)
             }
             Role::Export { .. } => Ok(number as usize),
-            Role::Actuator | Role::ChildModulation { .. } if self.is_unbound(port.optional) => {
+            Role::Actuator | Role::ChildModulation { .. } if self.is_unbound(port.has(raw::OPTIONAL)) => {
                 Err(raw::UNBOUND)
             }
             Role::Actuator | Role::ChildModulation { .. } => Ok(number as usize),
         }
     }
 
-    fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
-        let port = self.output(number, "loans memory for")?;
-        if !std::mem::replace(&mut self.is_loaned[port], true) {
-            self.values[port].bytes_mut().fill(0);
-        }
-        Ok(self.values[port].bytes_mut().as_mut_ptr())
-    }
-
-    fn publish(&mut self, number: u32, time: u64) -> Result<(), i32> {
+    fn publish_loan(&mut self, number: u32, time: u64) -> Result<(), i32> {
         let place = self.output(number, "publishes")?;
         let port = &self.schema.ports[place];
         if !std::mem::take(&mut self.is_loaned[place]) {
@@ -252,13 +206,13 @@ impl<'s> Bench<'s> {
         Ok(())
     }
 
-    fn retract(&mut self, number: u32) -> Result<(), i32> {
+    fn retract_export(&mut self, number: u32) -> Result<(), i32> {
         let place = self.output(number, "retracts")?;
         let port = &self.schema.ports[place];
         if !matches!(port.role, Role::Export { .. }) {
             self.breach(
                 "ports",
-                format!("it retracts `{}`, which is no export", port.name),
+                format!("it retracts `{}`, which is not an export", port.name),
             );
             return Err(raw::BAD_ARGUMENT);
         }
@@ -268,7 +222,7 @@ impl<'s> Bench<'s> {
     }
 
     /// Returns the place of a child, for a request that needs authority if it is a `change`.
-    fn child(&mut self, number: u32, change: Option<&str>) -> Result<usize, i32> {
+    fn role(&mut self, number: u32, change: Option<&str>) -> Result<usize, i32> {
         let Some(child) = self.schema.children.get(number as usize) else {
             if self.schema.children.last().is_some_and(|child| child.many) {
                 // It does not know how many the application names.
@@ -290,182 +244,146 @@ impl<'s> Bench<'s> {
     }
 }
 
-/// Runs a request in the call behind `context`; refuses it outside of a call and from another thread.
-///
-/// # Safety
-/// `context` is null, or one that [`Bench::call`] lent and whose bench still exists.
-unsafe fn request<R>(context: *mut Context, refused: R, body: impl FnOnce(&mut Bench<'_>) -> R) -> R {
-    let bench = context.cast::<Bench<'_>>();
-    if bench.is_null() {
-        return refused;
+/// Refuses requests outside of a call and from another thread.
+impl Host for Bench<'_> {
+    const NOT_RUN: i32 = raw::REFUSED;
+
+    unsafe fn request<R>(context: *mut Context, not_run: R, run: impl FnOnce(&mut Self) -> R) -> R {
+        let bench = context.cast::<Self>();
+        if bench.is_null() {
+            return not_run;
+        }
+        // SAFETY: the bench that [`Bench::call`] lent still exists; these fields do not change while a call runs.
+        let is_allowed = unsafe { (*bench).owner == std::thread::current().id() && (*bench).call.is_some() };
+        if !is_allowed {
+            // SAFETY: as above, and the field is atomic.
+            unsafe { (*bench).is_misused.store(true, Ordering::Release) };
+            return not_run;
+        }
+        // SAFETY: in the call, on its thread, nothing else uses the bench.
+        run(unsafe { &mut *bench })
     }
-    // SAFETY: the bench exists; these fields do not change while a call runs.
-    let is_allowed = unsafe { (*bench).owner == std::thread::current().id() && (*bench).call.is_some() };
-    if !is_allowed {
-        // SAFETY: as above, and the field is atomic.
-        unsafe { (*bench).is_misused.store(true, Ordering::Release) };
-        return refused;
+
+    fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
+        let Some(port) = self.schema.ports.get(number as usize) else {
+            self.breach("ports", format!("it reads port {number}, and has no such port"));
+            return Err(raw::BAD_ARGUMENT);
+        };
+        let is_import = match port.role {
+            Role::Import => true,
+            Role::Modulation { .. } | Role::Command { .. } => false,
+            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {
+                self.breach(
+                    "ports",
+                    format!("it reads `{}`, which it can only write", port.name),
+                );
+                return Err(raw::BAD_ARGUMENT);
+            }
+        };
+        if self.is_unbound(port.has(raw::OPTIONAL)) && is_import {
+            return Err(raw::UNBOUND);
+        }
+        if is_import && !self.circumstances.has_values {
+            return Err(raw::NO_VALUE);
+        }
+        let bytes = self.values[number as usize].bytes();
+        Ok(raw::Sample {
+            data: bytes.as_ptr().cast(),
+            bytes: bytes.len() as u64,
+            time_ns: self.now - STEP,
+            sequence: u64::from(is_import),
+            writer: u32::MAX,
+            flags: match port.role {
+                Role::Modulation { .. } => raw::SAMPLE_DEFAULT,
+                Role::Command { .. } => raw::SAMPLE_NEUTRAL,
+                _ => 0,
+            },
+        })
     }
-    // SAFETY: in the call, on its thread, nothing else uses the bench.
-    body(unsafe { &mut *bench })
+
+    fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
+        let port = self.output(number, "loans memory for")?;
+        if !std::mem::replace(&mut self.is_loaned[port], true) {
+            self.values[port].bytes_mut().fill(0);
+        }
+        Ok(self.values[port].bytes_mut().as_mut_ptr())
+    }
+
+    fn publish(&mut self, port: u32, time: u64) -> i32 {
+        status(self.publish_loan(port, time))
+    }
+
+    fn retract(&mut self, port: u32) -> i32 {
+        status(self.retract_export(port))
+    }
+
+    fn wake(&mut self, child: u32) -> i32 {
+        let role = self.role(child, Some("wakes"));
+        status(role.map(|role| self.is_awake[role] = true))
+    }
+
+    fn sleep(&mut self, child: u32) -> i32 {
+        let role = self.role(child, Some("puts to sleep"));
+        status(role.map(|role| self.is_awake[role] = false))
+    }
+
+    fn child(&mut self, child: u32) -> Result<(u32, bool), i32> {
+        let role = self.role(child, None)?;
+        Ok((
+            if self.is_awake[role] {
+                raw::READY
+            } else {
+                raw::SLEPT
+            },
+            false,
+        ))
+    }
+
+    fn set_policy(&mut self, child: u32, _: u32, _: u64, _: f64) -> i32 {
+        status(self.role(child, Some("changes the policy of")).map(drop))
+    }
+
+    fn now(&mut self) -> u64 {
+        self.now
+    }
+
+    /// Time is never real, so no driver opens a device.
+    fn real_time(&mut self) -> bool {
+        false
+    }
+
+    fn seed(&mut self) -> u64 {
+        7
+    }
+
+    fn application(&mut self) -> u64 {
+        self.application
+    }
+
+    fn name(&mut self) -> &CStr {
+        &self.name
+    }
+
+    fn log(&mut self, _: u32, _: &str) {}
+
+    fn fail(&mut self, reason: String) {
+        self.failure = Some(reason);
+    }
 }
 
 fn status(result: Result<(), i32>) -> i32 {
     result.err().unwrap_or(raw::OK)
 }
 
-unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sample) -> i32 {
-    // SAFETY: the plugin gives a context and room for a sample.
-    unsafe {
-        request(context, raw::REFUSED, |bench| {
-            status(bench.read(port).map(|sample| out.write(sample)))
-        })
-    }
-}
-
-unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_void) -> i32 {
-    // SAFETY: the plugin gives a context and room for a pointer.
-    unsafe {
-        request(context, raw::REFUSED, |bench| {
-            status(bench.loan(port).map(|buffer| out.write(buffer.cast())))
-        })
-    }
-}
-
-unsafe extern "C" fn publish(context: *mut Context, port: u32, time: u64) -> i32 {
-    // SAFETY: the plugin gives a context.
-    unsafe { request(context, raw::REFUSED, |bench| status(bench.publish(port, time))) }
-}
-
-unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
-    // SAFETY: the plugin gives a context.
-    unsafe { request(context, raw::REFUSED, |bench| status(bench.retract(port))) }
-}
-
-unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
-    // SAFETY: the plugin gives a context.
-    unsafe {
-        request(context, raw::REFUSED, |bench| {
-            status(
-                bench
-                    .child(child, Some("wakes"))
-                    .map(|child| bench.is_awake[child] = true),
-            )
-        })
-    }
-}
-
-unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
-    // SAFETY: the plugin gives a context.
-    unsafe {
-        request(context, raw::REFUSED, |bench| {
-            let place = bench.child(child, Some("puts to sleep"));
-            status(place.map(|child| bench.is_awake[child] = false))
-        })
-    }
-}
-
-unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
-    // SAFETY: the plugin gives a context and room for a status.
-    unsafe {
-        request(context, raw::REFUSED, |bench| {
-            let place = bench.child(child, None);
-            status(place.map(|child| {
-                let state = if bench.is_awake[child] {
-                    raw::READY
-                } else {
-                    raw::SLEPT
-                };
-                let status = raw::ChildStatus {
-                    size: size_of::<raw::ChildStatus>() as u32,
-                    state,
-                    faulted: 0,
-                    reserved: 0,
-                };
-                table::write(out, &status);
-            }))
-        })
-    }
-}
-
-unsafe extern "C" fn set_policy(context: *mut Context, child: u32, _: u32, _: u64, _: f64) -> i32 {
-    // SAFETY: the plugin gives a context.
-    unsafe {
-        request(context, raw::REFUSED, |bench| {
-            status(bench.child(child, Some("changes the policy of")).map(drop))
-        })
-    }
-}
-
-unsafe extern "C" fn now(context: *mut Context) -> u64 {
-    // SAFETY: the plugin gives a context.
-    unsafe { request(context, 0, |bench| bench.now) }
-}
-
-unsafe extern "C" fn seed(context: *mut Context) -> u64 {
-    // SAFETY: the plugin gives a context.
-    unsafe { request(context, 0, |_| 7) }
-}
-
-unsafe extern "C" fn application(context: *mut Context) -> u64 {
-    // SAFETY: the plugin gives a context.
-    unsafe { request(context, 0, |bench| bench.application) }
-}
-
-unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
-    // SAFETY: the plugin gives a context; the name lives as long as the bench.
-    unsafe { request(context, c"".as_ptr(), |bench| bench.name.as_ptr()) }
-}
-
-unsafe extern "C" fn log(context: *mut Context, _: u32, text: *const c_char, length: u64) {
-    // SAFETY: the plugin gives a context and a text of that length.
-    unsafe { request(context, (), |_| drop(text_of(text, length))) };
-}
-
-unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
-    // SAFETY: the plugin gives a context and a text of that length.
-    unsafe { request(context, (), |bench| bench.failure = Some(text_of(text, length))) };
-}
-
-unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
-    null()
-}
-
-/// Time is never real, so no driver opens a device.
-unsafe extern "C" fn real_time(_: *mut Context) -> u32 {
-    0
-}
-
-static HOST: Host = CURRENT;
+static HOST: raw::Host = CURRENT;
 
 /// A host of minor version 0, which ends before `retract`.
-static OLD_HOST: Host = Host {
-    size: offset_of!(Host, retract) as u32,
+static OLD_HOST: raw::Host = raw::Host {
+    size: offset_of!(raw::Host, retract) as u32,
     abi_minor: 0,
     retract: None,
     real_time: None,
     ..CURRENT
 };
 
-const CURRENT: Host = Host {
-    size: size_of::<Host>() as u32,
-    abi_major: raw::ABI_MAJOR,
-    abi_minor: raw::ABI_MINOR,
-    reserved: 0,
-    read,
-    loan,
-    publish,
-    wake,
-    sleep,
-    child,
-    set_policy,
-    now,
-    seed,
-    application,
-    name,
-    log,
-    fail,
-    extension,
-    retract: Some(retract),
-    real_time: Some(real_time),
-};
+const CURRENT: raw::Host = host::table::<Bench<'_>>();

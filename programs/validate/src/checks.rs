@@ -12,7 +12,7 @@ use jde_loader::{Judge, Judgement};
 
 use crate::Verdict;
 use crate::bench::Circumstances;
-use crate::life::{Account, Failure, Life, Subject, USUAL};
+use crate::life::{Account, FailedCall, Life, Subject, USUAL};
 
 /// A promise of the ABI, and how it is checked.
 pub struct Check {
@@ -134,7 +134,7 @@ fn creates(subject: Subject<'_>) -> Verdict {
     }
 }
 
-fn failures(subject: Subject<'_>) -> impl Iterator<Item = Failure> {
+fn failures(subject: Subject<'_>) -> impl Iterator<Item = FailedCall> {
     accounts(subject)
         .into_iter()
         .filter_map(|account| account.failure)
@@ -142,17 +142,17 @@ fn failures(subject: Subject<'_>) -> impl Iterator<Item = Failure> {
 
 fn statuses(subject: Subject<'_>) -> Verdict {
     let unknown = failures(subject).find(|failure| !(raw::OK..=raw::OUT_OF_RANGE).contains(&failure.status));
-    verdict(unknown.map(|Failure { call, status, .. }| format!("`{call}` returned {status}")))
+    verdict(unknown.map(|FailedCall { call, status, .. }| format!("`{call}` returned {status}")))
 }
 
 fn reasons(subject: Subject<'_>) -> Verdict {
-    let is_silent = |failure: &Failure| {
+    let is_silent = |failure: &FailedCall| {
         failure.call != "create"
             && (raw::OK..raw::PANICKED).contains(&failure.status)
             && failure.reason.is_none()
     };
     let silent = failures(subject).find(is_silent);
-    verdict(silent.map(|Failure { call, status, .. }| {
+    verdict(silent.map(|FailedCall { call, status, .. }| {
         format!("`{call}` returned {status}, and passed no reason to `fail`")
     }))
 }
@@ -180,7 +180,7 @@ fn compare(subject: Subject<'_>, change: impl Fn(&mut Circumstances)) -> Verdict
     }
     let failure = subject.live(circumstances).failure;
     // A plugin that needs a later host says so.
-    let says_so = |failure: &Failure| circumstances.is_old && failure.reason.is_some();
+    let says_so = |failure: &FailedCall| circumstances.is_old && failure.reason.is_some();
     let failure = failure.filter(|failure| !says_so(failure));
     verdict(failure.map(|failure| failure.to_string()))
 }
@@ -412,7 +412,7 @@ fn inspects(subject: Subject<'_>) -> Verdict {
     verdict(match (status, foreign) {
         (raw::OK, None) => problems.err().or(breach),
         (raw::OK, Some(port)) => Some(format!(
-            "its inspection blames port {port}, which is no modulation"
+            "its inspection blames port {port}, which is not a modulation"
         )),
         (status, _) => Some(format!(
             "`inspect` returned {status}: {}",
@@ -423,7 +423,7 @@ fn inspects(subject: Subject<'_>) -> Verdict {
 
 fn judges(subject: Subject<'_>) -> Verdict {
     let (Some(guard), Some(judge)) = (&subject.schema.guard, Judge::of(&subject.functions)) else {
-        return skipped("it is no guard");
+        return skipped("it is not a guard");
     };
     let state = jde_loader::AlignedBytes::new(&vec![0; subject.schema.ports[guard.state].value_type.bytes]);
     for age in [0, 1_000_000_000] {

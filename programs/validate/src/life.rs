@@ -34,7 +34,7 @@ pub(crate) struct Life<'s> {
 #[derive(Default)]
 pub(crate) struct Account {
     /// The first call that failed.
-    pub(crate) failure: Option<Failure>,
+    pub(crate) failure: Option<FailedCall>,
     /// As in [`Bench`].
     pub(crate) breaches: Vec<(&'static str, String)>,
     /// As in [`Bench`].
@@ -42,7 +42,7 @@ pub(crate) struct Account {
 }
 
 /// A call that failed.
-pub(crate) struct Failure {
+pub(crate) struct FailedCall {
     pub(crate) call: &'static str,
     pub(crate) status: i32,
     /// The reason that it stated.
@@ -104,13 +104,13 @@ impl<'s> Subject<'s> {
 
 /// Calls return the first failure.
 impl Life<'_> {
-    pub(crate) fn wake_up(&mut self) -> Option<Failure> {
+    pub(crate) fn wake_up(&mut self) -> Option<FailedCall> {
         let Self { bench, instance, .. } = self;
         failure("awake", bench.call("awake", |context| instance.awake(context)))
     }
 
     /// Takes turns, with a drawing after each.
-    pub(crate) fn take_turns(&mut self, turns: usize) -> Option<Failure> {
+    pub(crate) fn take_turns(&mut self, turns: usize) -> Option<FailedCall> {
         (0..turns).find_map(|_| {
             let (is_ready, failed) = self.check();
             failed
@@ -121,7 +121,7 @@ impl Life<'_> {
     }
 
     /// Also returns whether the precondition is true.
-    fn check(&mut self) -> (bool, Option<Failure>) {
+    fn check(&mut self) -> (bool, Option<FailedCall>) {
         if self.subject.schema.kind != Kind::Motor {
             return (true, None);
         }
@@ -137,7 +137,7 @@ impl Life<'_> {
         )
     }
 
-    fn iterate(&mut self, is_ready: bool) -> Option<Failure> {
+    fn iterate(&mut self, is_ready: bool) -> Option<FailedCall> {
         let Self { bench, instance, .. } = self;
         if !bench.may_iterate(is_ready) {
             return None;
@@ -148,7 +148,7 @@ impl Life<'_> {
         )
     }
 
-    fn draw(&mut self) -> Option<Failure> {
+    fn draw(&mut self) -> Option<FailedCall> {
         if !self.subject.schema.panel {
             return None;
         }
@@ -169,7 +169,7 @@ impl Life<'_> {
     }
 
     /// Asks a father about its first group, all of whose children are READY.
-    fn arbitrate(&mut self) -> Option<Failure> {
+    fn arbitrate(&mut self) -> Option<FailedCall> {
         let schema = self.subject.schema;
         let group = schema
             .children
@@ -201,7 +201,7 @@ impl Life<'_> {
         match verdict.child {
             _ if status != raw::OK => {}
             Some(child) if !candidate(child) => {
-                let words = format!("it chose child {child}, which is no candidate");
+                let words = format!("it chose child {child}, which is not a candidate");
                 bench.breaches.push(("arbitrates", words));
             }
             _ if verdict.reason.is_empty() => {
@@ -219,7 +219,7 @@ impl Life<'_> {
     }
 
     /// Ends the instance.
-    pub(crate) fn end(self, failure: Option<Failure>) -> Account {
+    pub(crate) fn end(self, failure: Option<FailedCall>) -> Account {
         let Self {
             mut bench, instance, ..
         } = self;
@@ -236,16 +236,16 @@ impl Life<'_> {
     }
 }
 
-fn failure(call: &'static str, (status, reason): (i32, Option<String>)) -> Option<Failure> {
-    (status != raw::OK).then_some(Failure { call, status, reason })
+fn failure(call: &'static str, (status, reason): (i32, Option<String>)) -> Option<FailedCall> {
+    (status != raw::OK).then_some(FailedCall { call, status, reason })
 }
 
 /// Of a check or an iteration: it may find an import without a value.
-fn turn_failure(call: &'static str, ended: (i32, Option<String>)) -> Option<Failure> {
+fn turn_failure(call: &'static str, ended: (i32, Option<String>)) -> Option<FailedCall> {
     failure(call, ended).filter(|failure| failure.status != raw::NO_VALUE)
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for FailedCall {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = self.reason.as_deref().unwrap_or("it gives no reason");
         match self.status {

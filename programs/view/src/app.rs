@@ -13,8 +13,8 @@ use jde_link::Client;
 use crate::graphics_card::{self, DeviceLoss};
 use crate::player::Player;
 use crate::screen;
-use crate::session::Session;
-use crate::settings::{Settings, SettingsStore};
+use crate::session::WindowSession;
+use crate::settings::{SettingsStore, WindowSettings};
 use crate::start::{Selection, StartPage};
 use crate::stop::{self, StopTarget, Stops};
 use crate::style::Style;
@@ -62,9 +62,9 @@ pub(crate) fn run(opening: Opening) -> Result<(), Error> {
 /// The main window's content.
 pub(crate) struct App {
     opening: Opening,
-    settings: Settings,
+    settings: WindowSettings,
     /// The settings as last written.
-    saved: Settings,
+    saved: WindowSettings,
     store: SettingsStore,
     page: Page,
     stops: Stops,
@@ -97,11 +97,11 @@ impl Drop for Cancel {
 }
 
 /// The result of opening an application.
-type Opened = Result<(Session, Option<Player>), String>;
+type Opened = Result<(WindowSession, Option<Player>), String>;
 
 impl App {
     pub(crate) fn new(ctx: &egui::Context, opening: Opening, store: SettingsStore) -> Self {
-        let settings: Settings = store.take(SETTINGS).unwrap_or_default();
+        let settings: WindowSettings = store.take(SETTINGS).unwrap_or_default();
         settings.begin(ctx);
         let mut app = Self {
             page: Page::Start(StartPage::new(ctx, &opening)),
@@ -240,7 +240,7 @@ impl App {
             move |_| {
                 let session = Client::connect(&reach)
                     .and_then(|client| client.application(Some(&requested)))
-                    .and_then(|remote| Session::open(remote, repaint))
+                    .and_then(|remote| WindowSession::open(remote, repaint))
                     .map_err(|error| error.to_string())?;
                 Ok((session, None))
             },
@@ -251,7 +251,7 @@ impl App {
         let (program, repaint) = (self.opening.player.clone(), ctx.clone());
         self.start_opening(ctx, file.display().to_string(), None, move |cancelled| {
             let (player, remote) = Player::start(&program, &file, cancelled)?;
-            let session = Session::open(remote, repaint).map_err(|error| error.to_string())?;
+            let session = WindowSession::open(remote, repaint).map_err(|error| error.to_string())?;
             Ok((session, Some(player)))
         });
     }
@@ -298,7 +298,7 @@ impl Page {
     }
 
     /// Draws its part of the bar. Returns where the user navigates to, if so.
-    fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Next> {
+    fn bar(&mut self, ui: &mut egui::Ui, settings: &mut WindowSettings) -> Option<Next> {
         match self {
             Self::Start(_) | Self::Connecting { .. } => {
                 ui.strong("jde");
@@ -331,7 +331,7 @@ fn connecting(ui: &mut egui::Ui, name: &str) -> bool {
 /// The page that replaces the current one.
 enum Next {
     Chosen(Selection),
-    Workspace(Box<(Session, Option<Player>)>),
+    Workspace(Box<(WindowSession, Option<Player>)>),
     Start(Option<String>),
 }
 

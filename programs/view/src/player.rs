@@ -132,11 +132,11 @@ mod tests {
     #[test]
     fn the_last_lines_of_a_failed_player_are_reported() {
         // More than a pipe holds: the player would block if its standard error were not read.
-        let program = shell("seq 100000 >&2; echo 'it is no recording' >&2; exit 2");
+        let program = shell("seq 100000 >&2; echo 'it is not a recording' >&2; exit 2");
         let result = Player::start(&program, Path::new("x.mcap"), &AtomicBool::new(false));
         let messages = result.err().expect("the player fails");
         assert_eq!(messages.lines().count(), KEPT_LINES);
-        assert!(messages.ends_with("100000\nit is no recording"), "{messages}");
+        assert!(messages.ends_with("100000\nit is not a recording"), "{messages}");
         let silent = Player::start(&shell("exit 3"), Path::new("x.mcap"), &AtomicBool::new(false));
         assert!(silent.is_err_and(|messages| messages.starts_with("x.mcap was not played: exit status: 3")));
     }

@@ -21,7 +21,7 @@ const MAX_SETTINGS: u64 = 16 << 20;
 /// The user's settings for all applications.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
-pub(crate) struct Settings {
+pub(crate) struct WindowSettings {
     /// Units of displayed numbers.
     pub(crate) units: Units,
     /// Dark, light, or as the desktop.
@@ -30,7 +30,7 @@ pub(crate) struct Settings {
     pub(crate) zoom: f32,
 }
 
-impl Default for Settings {
+impl Default for WindowSettings {
     fn default() -> Self {
         Self {
             units: Units::default(),
@@ -40,7 +40,7 @@ impl Default for Settings {
     }
 }
 
-impl Settings {
+impl WindowSettings {
     /// Applies the settings to a context before its first frame.
     pub(crate) fn begin(&self, ctx: &egui::Context) {
         ctx.set_theme(self.theme);
@@ -152,21 +152,21 @@ mod tests {
     fn saved_settings_are_read_at_the_next_start() {
         let folder = tempfile::tempdir().unwrap();
         let store = SettingsStore::at(Some(folder.path().join("deep/down")));
-        let chosen = Settings {
+        let chosen = WindowSettings {
             zoom: 1.5,
             theme: egui::ThemePreference::Light,
-            ..Settings::default()
+            ..WindowSettings::default()
         };
         store.keep("settings", &chosen);
-        assert_eq!(store.take::<Settings>("settings"), Some(chosen));
+        assert_eq!(store.take::<WindowSettings>("settings"), Some(chosen));
     }
 
     #[test]
     fn the_first_frame_fills_its_window_at_every_zoom() {
         let ctx = egui::Context::default();
-        let chosen = Settings {
+        let chosen = WindowSettings {
             zoom: 2.0,
-            ..Settings::default()
+            ..WindowSettings::default()
         };
         chosen.begin(&ctx);
         let size = egui::vec2(720.0, 450.0);
@@ -188,7 +188,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("settings.json"), "{ zoom").unwrap();
         let store = SettingsStore::at(Some(folder.path().to_owned()));
-        assert_eq!(store.take::<Settings>("settings"), None);
+        assert_eq!(store.take::<WindowSettings>("settings"), None);
         assert_eq!(
             fs::read_to_string(folder.path().join("settings.unreadable")).unwrap(),
             "{ zoom"

@@ -26,9 +26,9 @@ const TURN: f64 = 0.87;
 const RANGE: f64 = 12.0;
 const BEAMS: u32 = 720;
 /// The least length of a frontier, m.
-const LEAST: f64 = 0.5;
+const MIN_FRONTIER_SIZE: f64 = 0.5;
 /// How near the last target a frontier must be to be the same, m.
-const NEAR: f64 = 0.5;
+const SAME_FRONTIER_DISTANCE: f64 = 0.5;
 /// How near its target a robot turns to the next one, m.
 const REACHED: f64 = 0.3;
 const GAINS: [f64; 6] = [0.0, 0.5, 1.0, 2.0, 4.0, 8.0];
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [file, x, y] = arguments.as_slice() else {
         return Err("explore MAP X Y".into());
     };
-    let map = jde_map_file::MapFile::load(Path::new(file)).map_err(|faults| format!("{faults:?}"))?;
+    let map = jde_map_file::MapFile::load(Path::new(file))?;
     let [left, low, heading] = map.origin;
     let geometry = Geometry::new(
         map.width as u32,
@@ -124,7 +124,7 @@ impl Drive<'_> {
                 field.price(cell).is_some() && !is_given_up && (gain.is_some() || self.has_floor_behind(cell))
             });
             let size = cells.len() as f64 * resolution;
-            if size < LEAST {
+            if size < MIN_FRONTIER_SIZE {
                 continue;
             }
             let mean = |pick: fn(&Cell) -> u32| {
@@ -191,7 +191,8 @@ impl Drive<'_> {
             if self.observe() {
                 has_seen = true;
                 let is_open = |cell: Cell| {
-                    cell.distance(target) * resolution <= NEAR && self.known.get(cell) == Occupancy::Free
+                    cell.distance(target) * resolution <= SAME_FRONTIER_DISTANCE
+                        && self.known.get(cell) == Occupancy::Free
                 };
                 if !frontiers(&self.known).into_iter().flatten().any(is_open) {
                     break;

@@ -181,8 +181,7 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 fn read_map(path: &Path) -> Result<OccupancyGrid> {
-    let text = |faults: Vec<jde_map_file::Fault>| format!("{faults:?}");
-    let map = MapFile::load(path).map_err(text)?;
+    let map = MapFile::load(path)?;
     let [x, y, yaw] = map.origin;
     let geometry = Geometry::new(map.width as u32, map.height as u32, map.resolution, (x, y, yaw))?;
     let mut grid = OccupancyGrid::filled(geometry, Occupancy::Free);

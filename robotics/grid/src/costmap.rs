@@ -4,9 +4,10 @@
 //! It counts occupied cells as obstacles and keeps unknown ones unknown; whether a robot may enter these is
 //! the planner's matter.
 
-use crate::distance::{NO_SOURCE, squared_distances};
+use crate::distance::Distances;
 use crate::geometry::{Cell, Geometry};
 use crate::occupancy::{Occupancy, OccupancyGrid};
+use crate::window::Window;
 
 /// The cost of an unknown cell.
 pub const UNKNOWN: u8 = 255;
@@ -112,10 +113,13 @@ impl Costmap {
         let geometry = *grid.geometry();
         let mut costmap = Self {
             geometry,
-            costs: vec![0; geometry.cells()],
+            costs: vec![UNKNOWN; geometry.cells()],
             table: inflation.table(geometry.resolution())?,
         };
-        costmap.refresh(grid, Window::whole(&geometry), &mut Vec::new());
+        // Beyond the reach of what is known, all is unknown.
+        if let Some(known) = Window::known(grid) {
+            costmap.refresh(grid, known.grown(costmap.reach(), &geometry), |_| {});
+        }
         Ok(costmap)
     }
 
@@ -136,9 +140,11 @@ impl Costmap {
     /// If the grid has another geometry.
     pub fn update(&mut self, grid: &OccupancyGrid, changed: &[Cell]) -> Vec<Cell> {
         assert_eq!(grid.geometry(), &self.geometry, "the grid that it was made from");
-        let mut cells = Vec::new();
+        let (geometry, mut cells) = (self.geometry, Vec::new());
         if let Some(window) = Window::around(changed, &self.geometry) {
-            self.refresh(grid, window.grown(self.reach(), &self.geometry), &mut cells);
+            self.refresh(grid, window.grown(self.reach(), &self.geometry), |index| {
+                cells.push(geometry.cell(index));
+            });
         }
         cells
     }
@@ -176,83 +182,32 @@ impl Costmap {
         libm::ceil(libm::sqrt(self.table.len() as f64)) as u32
     }
 
-    /// Computes the costs of a window, from the obstacles in it and within reach of it.
-    fn refresh(&mut self, grid: &OccupancyGrid, window: Window, changed: &mut Vec<Cell>) {
+    /// Computes the costs of a window, from the obstacles in it and within reach of it, and states which have changed.
+    fn refresh(&mut self, grid: &OccupancyGrid, window: Window, mut changed: impl FnMut(usize)) {
         let seen = window.grown(self.reach(), &self.geometry);
-        let obstacles: Vec<bool> = seen
-            .cells()
-            .map(|cell| grid.get(cell) == Occupancy::Occupied)
-            .collect();
-        let squares = squared_distances(seen.width(), &obstacles);
-        for (cell, square) in seen.cells().zip(squares) {
-            if !window.contains(cell) {
-                continue;
+        let mut obstacles = Vec::with_capacity(seen.width() * seen.height());
+        for row in seen.rows(&self.geometry) {
+            let states = grid.cells()[row].iter();
+            obstacles.extend(states.map(|state| *state == Occupancy::Occupied));
+        }
+        let mut distances = Distances::default();
+        let squares = distances.squared_within(seen.width(), &obstacles, self.table.len() as u32 - 1);
+        let (aside, below) = seen.offset(&window);
+        for (row, squares) in window
+            .rows(&self.geometry)
+            .zip(squares.chunks_exact(seen.width()).skip(below))
+        {
+            let cells = row.clone().zip(&mut self.costs[row.clone()]);
+            for (((index, place), state), &square) in cells.zip(&grid.cells()[row]).zip(&squares[aside..]) {
+                let by_distance = self.table.get(square as usize).copied().unwrap_or(0);
+                let is_unknown = *state == Occupancy::Unknown && by_distance < INSCRIBED;
+                let cost = if is_unknown { UNKNOWN } else { by_distance };
+                if *place != cost {
+                    *place = cost;
+                    changed(index);
+                }
             }
-            let by_distance = match square {
-                NO_SOURCE => 0,
-                square => self.table.get(square as usize).copied().unwrap_or(0),
-            };
-            let cost = match grid.get(cell) {
-                Occupancy::Unknown if by_distance < INSCRIBED => UNKNOWN,
-                Occupancy::Unknown | Occupancy::Free | Occupancy::Occupied => by_distance,
-            };
-            let place = &mut self.costs[self.geometry.index(cell)];
-            if *place != cost {
-                *place = cost;
-                changed.push(cell);
-            }
         }
-    }
-}
-
-/// A rectangle of cells, both corners included.
-#[derive(Clone, Copy)]
-struct Window {
-    least: Cell,
-    most: Cell,
-}
-
-impl Window {
-    fn whole(geometry: &Geometry) -> Self {
-        Self {
-            least: Cell::new(0, 0),
-            most: Cell::new(geometry.width() - 1, geometry.height() - 1),
-        }
-    }
-
-    /// The smallest one around those cells that are in the grid.
-    fn around(cells: &[Cell], geometry: &Geometry) -> Option<Self> {
-        let inside = cells.iter().filter(|&&cell| geometry.contains(cell));
-        inside
-            .map(|&cell| Self {
-                least: cell,
-                most: cell,
-            })
-            .reduce(|a, b| Self {
-                least: Cell::new(a.least.x.min(b.least.x), a.least.y.min(b.least.y)),
-                most: Cell::new(a.most.x.max(b.most.x), a.most.y.max(b.most.y)),
-            })
-    }
-
-    fn grown(self, by: u32, geometry: &Geometry) -> Self {
-        let edge = Self::whole(geometry).most;
-        Self {
-            least: Cell::new(self.least.x.saturating_sub(by), self.least.y.saturating_sub(by)),
-            most: Cell::new((self.most.x + by).min(edge.x), (self.most.y + by).min(edge.y)),
-        }
-    }
-
-    const fn width(&self) -> usize {
-        (self.most.x - self.least.x) as usize + 1
-    }
-
-    const fn contains(&self, cell: Cell) -> bool {
-        self.least.x <= cell.x && cell.x <= self.most.x && self.least.y <= cell.y && cell.y <= self.most.y
-    }
-
-    fn cells(self) -> impl Iterator<Item = Cell> {
-        (self.least.y..=self.most.y)
-            .flat_map(move |y| (self.least.x..=self.most.x).map(move |x| Cell::new(x, y)))
     }
 }
 

@@ -34,6 +34,15 @@ impl Distances {
     /// # Panics
     /// If the number of cells is not a multiple of `width`.
     pub fn squared(&mut self, width: usize, sources: &[bool]) -> &[u32] {
+        self.squared_within(width, sources, NO_SOURCE - 1)
+    }
+
+    /// As [`Distances::squared`] for squares up to `most`. A cell farther from each source has a greater number,
+    /// which is not its distance. It takes less time where most cells are farther.
+    ///
+    /// # Panics
+    /// If the number of cells is not a multiple of `width`.
+    pub fn squared_within(&mut self, width: usize, sources: &[bool], most: u32) -> &[u32] {
         let height = sources.len().checked_div(width).unwrap_or(0);
         assert_eq!(height * width, sources.len(), "whole rows");
         self.squares.clear();
@@ -43,7 +52,7 @@ impl Distances {
         self.row.resize(width, NO_SOURCE);
         along_columns(&mut self.row, &mut self.squares);
         for row in self.squares.chunks_exact_mut(width.max(1)) {
-            self.envelope.transform(row, &mut self.row);
+            self.envelope.transform(row, most, &mut self.row);
             row.copy_from_slice(&self.row);
         }
         &self.squares
@@ -79,11 +88,11 @@ struct Envelope {
 }
 
 impl Envelope {
-    /// Writes for each cell the least of all parabolas `squares[q] + (x - q)²`.
-    fn transform(&mut self, squares: &[u32], line: &mut [u32]) {
+    /// Writes for each cell the least of all parabolas `squares[q] + (x - q)²` that are `most` or less at `q`.
+    fn transform(&mut self, squares: &[u32], most: u32, line: &mut [u32]) {
         self.parts.clear();
         for (q, &square) in squares.iter().enumerate() {
-            if square == NO_SOURCE {
+            if square > most {
                 continue;
             }
             let height = |q: usize| f64::from(squares[q]) + (q * q) as f64;
@@ -102,18 +111,19 @@ impl Envelope {
             line.fill(NO_SOURCE);
             return;
         }
-        let mut part = 0;
-        for (x, value) in line.iter_mut().enumerate() {
-            while self
-                .parts
-                .get(part + 1)
-                .is_some_and(|&(_, begin)| begin < x as f64)
-            {
-                part += 1;
+        let mut first = 0;
+        for (part, &(q, _)) in self.parts.iter().enumerate() {
+            // A part ends with the last cell that is not beyond the beginning of the next one.
+            let end = match self.parts.get(part + 1) {
+                Some(&(_, begin)) if begin < 0.0 => 0,
+                Some(&(_, begin)) => line.len().min(begin as usize + 1),
+                None => line.len(),
+            };
+            for (x, value) in (first..end).zip(&mut line[first..end.max(first)]) {
+                let away = x.abs_diff(q) as u32;
+                *value = squares[q] + away * away;
             }
-            let (q, _) = self.parts[part];
-            let away = x.abs_diff(q) as u32;
-            *value = squares[q] + away * away;
+            first = first.max(end);
         }
     }
 }
@@ -151,10 +161,17 @@ mod tests {
         fn it_is_the_least_distance_to_any_source(
             width in 1usize..24,
             sources in prop::collection::vec(prop::bool::weighted(0.05), 1..500),
+            most in 0u32..60,
         ) {
             let rows = sources.len() / width;
             let sources = &sources[..rows * width];
-            prop_assert_eq!(squared_distances(width, sources), by_search(width, sources));
+            let expected = by_search(width, sources);
+            prop_assert_eq!(&squared_distances(width, sources), &expected);
+            let mut distances = Distances::default();
+            let within = distances.squared_within(width, sources, most);
+            for (within, expected) in within.iter().zip(&expected) {
+                prop_assert_eq!((*within).min(most + 1), (*expected).min(most + 1));
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::geometry::{Cell, SIDES};
 use crate::occupancy::{Occupancy, OccupancyGrid};
+use crate::window::Window;
 
 /// Returns the frontiers of a grid, each as its cells: the free cells with an unknown one beside them, connected by
 /// sides and corners. What is outside the grid is unknown.
@@ -12,15 +13,24 @@ use crate::occupancy::{Occupancy, OccupancyGrid};
 #[must_use]
 pub fn frontiers(grid: &OccupancyGrid) -> Vec<Vec<Cell>> {
     let geometry = grid.geometry();
-    let mut is_open: Vec<bool> = (0..geometry.cells())
-        .map(|index| is_frontier(grid, geometry.cell(index)))
-        .collect();
+    let mut is_open = vec![false; geometry.cells()];
+    let mut open = Vec::new();
+    for row in Window::known(grid).iter().flat_map(|known| known.rows(geometry)) {
+        let mut cell = geometry.cell(row.start);
+        for index in row {
+            if grid.cells()[index] == Occupancy::Free && has_unknown_side(grid, cell) {
+                is_open[index] = true;
+                open.push(cell);
+            }
+            cell.x += 1;
+        }
+    }
     let mut found = Vec::new();
-    for first in 0..is_open.len() {
-        if !core::mem::take(&mut is_open[first]) {
+    for first in open {
+        if !core::mem::take(&mut is_open[geometry.index(first)]) {
             continue;
         }
-        let mut cells = vec![geometry.cell(first)];
+        let mut cells = vec![first];
         let mut at = 0;
         while let Some(&cell) = cells.get(at) {
             at += 1;
@@ -37,10 +47,10 @@ pub fn frontiers(grid: &OccupancyGrid) -> Vec<Vec<Cell>> {
     found
 }
 
-/// Whether a cell is free and one beside it unknown.
-fn is_frontier(grid: &OccupancyGrid, cell: Cell) -> bool {
+/// Whether a cell beside this one is unknown.
+fn has_unknown_side(grid: &OccupancyGrid, cell: Cell) -> bool {
     let is_unknown = |next: Option<Cell>| next.is_none_or(|next| grid.get(next) == Occupancy::Unknown);
-    grid.get(cell) == Occupancy::Free && SIDES.iter().any(|&(x, y)| is_unknown(cell.offset(x, y)))
+    SIDES.iter().any(|&(x, y)| is_unknown(cell.offset(x, y)))
 }
 
 #[cfg(test)]

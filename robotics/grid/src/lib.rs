@@ -31,8 +31,10 @@ mod price;
 mod rolling;
 mod route;
 mod search;
+mod seen;
 mod span;
 mod way_out;
+mod window;
 
 pub use costmap::{Costmap, Inflation, InflationError};
 pub use coverage::{CellSet, Floor, Stroke};
@@ -48,4 +50,5 @@ pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
 pub use rolling::{Ray, RollingGrid};
 pub use route::{PlanError, Point, Route};
 pub use search::{Angles, plan};
+pub use seen::{Place, SeenObstacles};
 pub use way_out::way_out;

@@ -75,6 +75,33 @@ impl OccupancyGrid {
         })
     }
 
+    /// Takes the numbers of a newer message. Returns the cells whose states have changed.
+    ///
+    /// # Panics
+    /// If there are not as many as cells.
+    pub fn take_ros(&mut self, data: &[i8]) -> Vec<Cell> {
+        assert_eq!(data.len(), self.cells.len(), "a number for each cell");
+        let width = self.geometry.width() as usize;
+        let rows = self.cells.chunks_exact_mut(width).zip(data.chunks_exact(width));
+        let mut changed = Vec::new();
+        for ((states, numbers), y) in rows.zip(0..) {
+            // Most rows of a large map stay, and the compiler uses the vector unit for this.
+            let pairs = states.iter().zip(numbers);
+            if !pairs.fold(false, |any, (state, &number)| {
+                any | (*state != Occupancy::from_ros(number))
+            }) {
+                continue;
+            }
+            for ((state, &number), x) in states.iter_mut().zip(numbers).zip(0..) {
+                let newer = Occupancy::from_ros(number);
+                if core::mem::replace(state, newer) != newer {
+                    changed.push(Cell::new(x, y));
+                }
+            }
+        }
+        changed
+    }
+
     /// Returns size, resolution and origin.
     #[must_use]
     pub const fn geometry(&self) -> &Geometry {
@@ -126,6 +153,15 @@ mod tests {
         for state in [Occupancy::Free, Occupancy::Occupied, Occupancy::Unknown] {
             assert_eq!(Occupancy::from_ros(state.to_ros()), state);
         }
+    }
+
+    #[test]
+    fn a_newer_message_changes_the_cells_that_differ() {
+        let geometry = Geometry::new(3, 2, 0.1, (0.0, 0.0, 0.0)).expect("valid");
+        let mut grid = OccupancyGrid::from_ros(geometry, &[0, 100, -1, 0, 0, 0]).expect("as many as cells");
+        let newer = [0, 0, -1, 0, 7, 30];
+        assert_eq!(grid.take_ros(&newer), [Cell::new(1, 0), Cell::new(2, 1)]);
+        assert_eq!(Ok(grid), OccupancyGrid::from_ros(geometry, &newer));
     }
 
     #[test]

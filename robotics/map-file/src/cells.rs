@@ -4,7 +4,7 @@ use crate::picture::Picture;
 
 /// The content of a cell of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cell {
+pub enum MapCell {
     /// Nothing stands there.
     Free,
     /// Something stands there.
@@ -19,7 +19,7 @@ pub enum Cell {
 const FREE_UP_TO: u8 = 19;
 const OCCUPIED_FROM: u8 = 65;
 
-impl Cell {
+impl MapCell {
     /// Returns the number of a `nav_msgs/OccupancyGrid`: 0 to 100, or -1.
     #[must_use]
     pub const fn to_ros(self) -> i8 {
@@ -86,8 +86,8 @@ pub(crate) struct Thresholds {
 }
 
 /// Returns the cells by rows, from the lowest row. Transparent pixels are unknown, except in raw maps.
-pub(crate) fn classify(picture: &Picture, mode: Mode, thresholds: Thresholds) -> Vec<Cell> {
-    let table: Vec<Cell> = (0..=u8::MAX).map(|shade| thresholds.cell(mode, shade)).collect();
+pub(crate) fn classify(picture: &Picture, mode: Mode, thresholds: Thresholds) -> Vec<MapCell> {
+    let table: Vec<MapCell> = (0..=u8::MAX).map(|shade| thresholds.cell(mode, shade)).collect();
     let Picture {
         width,
         shades,
@@ -96,34 +96,34 @@ pub(crate) fn classify(picture: &Picture, mode: Mode, thresholds: Thresholds) ->
     } = picture;
     let rows = shades.chunks_exact(*width).rev();
     let cells = rows.flatten().map(|&shade| table[usize::from(shade)]);
-    let mut cells: Vec<Cell> = cells.collect();
+    let mut cells: Vec<MapCell> = cells.collect();
     if mode != Mode::Raw {
         let is_transparent = transparent.chunks_exact(*width).rev().flatten();
         let covered = cells
             .iter_mut()
             .zip(is_transparent)
             .filter(|(_, is_transparent)| **is_transparent);
-        covered.for_each(|(cell, _)| *cell = Cell::Unknown);
+        covered.for_each(|(cell, _)| *cell = MapCell::Unknown);
     }
     cells
 }
 
 impl Thresholds {
-    fn cell(self, mode: Mode, shade: u8) -> Cell {
+    fn cell(self, mode: Mode, shade: u8) -> MapCell {
         if mode == Mode::Raw {
-            return Cell::of_percent(shade);
+            return MapCell::of_percent(shade);
         }
         let shade = f32::from(shade) / 255.0;
         let likely = if self.negate { shade } else { 1.0 - shade };
         let (free, occupied) = (self.free, self.occupied);
         if likely <= free {
-            Cell::Free
+            MapCell::Free
         } else if likely >= occupied {
-            Cell::Occupied
+            MapCell::Occupied
         } else if mode == Mode::Scale {
-            Cell::of_percent(((likely - free) / (occupied - free) * 100.0).round() as u8)
+            MapCell::of_percent(((likely - free) / (occupied - free) * 100.0).round() as u8)
         } else {
-            Cell::Unknown
+            MapCell::Unknown
         }
     }
 }
@@ -132,7 +132,7 @@ impl Thresholds {
 mod tests {
     use super::*;
 
-    fn cells(mode: Mode, shades: &[u8], transparent: &[bool]) -> Vec<Cell> {
+    fn cells(mode: Mode, shades: &[u8], transparent: &[bool]) -> Vec<MapCell> {
         let picture = Picture {
             width: shades.len(),
             height: 1,
@@ -155,15 +155,15 @@ mod tests {
             free,
         };
         let cell = |thresholds: Thresholds, shade| thresholds.cell(Mode::Trinary, shade);
-        assert_eq!(cell(ends(1.0, 0.0), 255), Cell::Occupied);
-        assert_eq!(cell(ends(1.0, 0.0), 254), Cell::Unknown);
-        assert_eq!(cell(ends(1.0, 0.0), 0), Cell::Free);
-        assert_eq!(cell(ends(51.0 / 255.0, 51.0 / 255.0), 51), Cell::Free);
+        assert_eq!(cell(ends(1.0, 0.0), 255), MapCell::Occupied);
+        assert_eq!(cell(ends(1.0, 0.0), 254), MapCell::Unknown);
+        assert_eq!(cell(ends(1.0, 0.0), 0), MapCell::Free);
+        assert_eq!(cell(ends(51.0 / 255.0, 51.0 / 255.0), 51), MapCell::Free);
     }
 
     #[test]
     fn scaled_and_raw_maps_state_probabilities() {
-        use Cell::{Free, Likely, Occupied, Unknown};
+        use MapCell::{Free, Likely, Occupied, Unknown};
         let shades = [255, 205, 200, 100, 0];
         assert_eq!(
             cells(Mode::Trinary, &shades, &[]),

@@ -4,12 +4,10 @@
 //! nothing is repaired, and what is not read is named.
 
 mod cells;
-mod fault;
 mod kind;
 mod moving_ai;
 mod picture;
 mod pnm;
-mod similar;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -17,17 +15,13 @@ mod yaml;
 
 use std::path::Path;
 
+use jde_document::{Fault, FaultReport, Faults};
 use jde_files::LeftOut;
 
-pub use cells::Cell;
-pub use fault::Fault;
+pub use cells::MapCell;
 pub use kind::Kind;
 pub use picture::{Picture, Shade};
-pub use similar::nearest;
 pub use write::is_yaml;
-
-/// Greatest YAML file of a map, or text of a world, in bytes: enough for thousands of things.
-pub const MAX_TEXT: u64 = 4 << 20;
 
 /// A map as its files state it.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +35,7 @@ pub struct MapFile {
     /// The lower left corner in the world: x, y in metres and the heading in radians.
     pub origin: [f64; 3],
     /// The cells by rows, from the lowest row.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<MapCell>,
     /// The keys of the YAML file that say nothing.
     pub left_out: LeftOut,
 }
@@ -51,50 +45,38 @@ impl MapFile {
     ///
     /// # Errors
     /// All faults of both files.
-    pub fn load(path: &Path) -> Result<Self, Vec<Fault>> {
-        let fault = |message| {
-            vec![Fault {
-                file: path.to_owned(),
-                line: None,
-                message,
-            }]
-        };
-        match jde_files::read_text(path, MAX_TEXT) {
-            Ok(text) => Self::parse(path, &text),
-            Err(error) => {
-                // What is no text may be the image of the map.
-                Err(fault(match Kind::of_file(path) {
-                    Some(kind) => format!("it is {kind}, and no ROS map: {}", kind.way_to_map()),
-                    None => format!("cannot read the map: {error}"),
-                }))
+    pub fn load(path: &Path) -> Result<Self, Faults> {
+        let text = jde_document::read(path, "the YAML file of a map").map_err(|faults| {
+            // What is no text may be the image of the map.
+            match Kind::of_file(path) {
+                Some(kind) => Fault::of_file(
+                    path,
+                    format!("it is {kind}, and no ROS map: {}", kind.way_to_map()),
+                )
+                .into(),
+                None => faults,
             }
-        }
+        })?;
+        Self::parse(path, &text)
     }
 
     /// Reads the map with this text of the YAML file `path`, and the image that it names.
     ///
     /// # Errors
     /// All faults of both files.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, Vec<Fault>> {
-        let (info, mut faults) = match yaml::read(path, text) {
-            Ok(info) => (Some(info), Vec::new()),
-            Err(faults) => (None, faults),
-        };
-        let image = match &info {
-            Some(info) => Some(info.image.clone()),
-            None => yaml::image(path, text),
-        };
-        let picture = image.map(|image| Picture::load(&image, Shade::Luminance));
-        let picture = picture.and_then(|picture| {
-            picture
-                .map_err(|mut fault| {
-                    fault.message += &elsewhere(path, &fault.file);
-                    faults.push(fault);
-                })
-                .ok()
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Faults> {
+        let mut report = FaultReport::new(path, text);
+        let (image, info) = yaml::read(&mut report, text);
+        let picture = image.and_then(|image| {
+            let picture = Picture::load(&image, Shade::Luminance);
+            let advise = |mut fault: Fault| {
+                fault.help = elsewhere(path, &image);
+                report.include(fault.into());
+            };
+            picture.map_err(advise).ok()
         });
-        let (Some(info), Some(picture)) = (info, picture) else {
-            return Err(faults);
+        let (Some(info), Some(picture), 0) = (info, picture, report.count()) else {
+            return Err(report.into_faults());
         };
         Ok(Self {
             width: picture.width,
@@ -108,11 +90,8 @@ impl MapFile {
 }
 
 /// Returns where the image of a map may be that is not where the YAML file says, as after a copy from another computer.
-fn elsewhere(yaml: &Path, image: &Path) -> String {
-    let name = image.file_name().unwrap_or_default();
-    let beside = yaml.with_file_name(name);
-    match !image.exists() && beside.is_file() {
-        true => format!("; `image: {}` is the one beside the YAML file", name.display()),
-        false => String::new(),
-    }
+fn elsewhere(yaml: &Path, image: &Path) -> Option<String> {
+    let name = image.file_name()?;
+    let is_beside = !image.exists() && yaml.with_file_name(name).is_file();
+    is_beside.then(|| format!("`image: {}` is the one beside the YAML file", name.display()))
 }

@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
+use jde_document::Fault;
 use jde_files::LeftOut;
 
 use crate::picture::{fits, too_large};
-use crate::{Cell, Fault, MapFile};
+use crate::{MapCell, MapFile};
 
 /// The side of a cell, m. The format states none.
 const RESOLUTION: f64 = 1.0;
@@ -19,11 +20,7 @@ impl MapFile {
     /// The first fault.
     pub fn parse_moving_ai(path: &Path, text: &str) -> Result<Self, Fault> {
         let mut lines = (1..).zip(text.lines());
-        let fault = |line: usize, message: String| Fault {
-            file: path.to_owned(),
-            line: Some(line),
-            message,
-        };
+        let fault = |line, message: String| Fault::at_line(path, line, message);
         let (mut width, mut height) = (None, None);
         loop {
             let Some((number, line)) = lines.next() else {
@@ -41,7 +38,7 @@ impl MapFile {
                 }
             };
             if size.1.parse::<usize>().is_err() {
-                let message = format!("`{}` is no number of cells", size.1.escape_debug());
+                let message = format!("`{}` is not a number of cells", size.1.escape_debug());
                 return Err(fault(number, message));
             }
         }
@@ -53,9 +50,9 @@ impl MapFile {
         if !fits(width, height) {
             return Err(fault(1, too_large(width, height)));
         }
-        let mut rows: Vec<Vec<Cell>> = Vec::new();
+        let mut rows: Vec<Vec<MapCell>> = Vec::new();
         for (number, line) in lines.take(height) {
-            let row: Option<Vec<Cell>> = line.chars().map(cell).collect();
+            let row: Option<Vec<MapCell>> = line.chars().map(cell).collect();
             match row.filter(|row| row.len() == width) {
                 Some(row) => rows.push(row),
                 None => {
@@ -79,10 +76,10 @@ impl MapFile {
     }
 }
 
-const fn cell(letter: char) -> Option<Cell> {
+const fn cell(letter: char) -> Option<MapCell> {
     match letter {
-        '.' | 'G' | 'S' => Some(Cell::Free),
-        '@' | 'O' | 'T' | 'W' => Some(Cell::Occupied),
+        '.' | 'G' | 'S' => Some(MapCell::Free),
+        '@' | 'O' | 'T' | 'W' => Some(MapCell::Occupied),
         _ => None,
     }
 }
@@ -97,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_first_row_is_the_highest() {
-        use Cell::{Free, Occupied};
+        use MapCell::{Free, Occupied};
         let map = read("type octile\nheight 2\nwidth 3\nmap\n.GS\n@TW\n").unwrap();
         assert_eq!((map.width, map.height), (3, 2));
         assert_eq!(map.cells, [Occupied, Occupied, Occupied, Free, Free, Free]);
@@ -108,7 +105,7 @@ mod tests {
         for (text, expected) in [
             (
                 "type octile\nheight two\n",
-                "arena.map:2: `two` is no number of cells",
+                "arena.map:2: `two` is not a number of cells",
             ),
             (
                 "type octile\nheight 2\nmap\n..\n",

@@ -7,8 +7,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use jde_document::Fault;
 
-use crate::fault::Fault;
 use crate::pnm;
 
 /// Greatest file of an image, in bytes, packed or not: the most pixels, in plain text.
@@ -51,15 +51,15 @@ impl Picture {
     /// # Errors
     /// It cannot be read, is of no such kind, is damaged or has too many pixels.
     pub fn load(path: &Path, shade: Shade) -> Result<Self, Fault> {
-        let fault = |(line, message)| Fault {
-            file: path.to_owned(),
-            line,
-            message,
-        };
         let bytes = jde_files::read_unpacked(path, MAX_FILE)
-            .map_err(|error| fault((None, format!("cannot read the image: {error}"))))?;
-        let read = read(&bytes, shade);
-        read.map_err(|(line, message)| fault((line, format!("the image {message}"))))
+            .map_err(|error| Fault::of_file(path, format!("cannot read the image: {error}")))?;
+        read(&bytes, shade).map_err(|(line, message)| {
+            let message = format!("the image {message}");
+            match line {
+                Some(line) => Fault::at_line(path, line, message),
+                None => Fault::of_file(path, message),
+            }
+        })
     }
 }
 

@@ -5,7 +5,7 @@
 use crate::picture::{Picture, Shade, fits, too_large};
 
 /// The line of the file, and what is wrong there.
-type PnmError = (usize, String);
+type Wrong = (usize, String);
 
 struct Scanner<'a> {
     bytes: &'a [u8],
@@ -13,7 +13,7 @@ struct Scanner<'a> {
     line: usize,
 }
 
-pub(crate) fn read(bytes: &[u8], shade: Shade) -> Result<Picture, PnmError> {
+pub(crate) fn read(bytes: &[u8], shade: Shade) -> Result<Picture, Wrong> {
     let kind = match bytes {
         [b'P', kind @ b'1'..=b'6', ..] => kind - b'0',
         _ => return Err((1, "has no header: expected P1 to P6".to_owned())),
@@ -87,7 +87,7 @@ impl Scanner<'_> {
     }
 
     /// Reads a decimal number after white space and comments.
-    fn number(&mut self, what: &str, fits: std::ops::RangeInclusive<u32>) -> Result<u32, PnmError> {
+    fn number(&mut self, what: &str, fits: std::ops::RangeInclusive<u32>) -> Result<u32, Wrong> {
         self.skip();
         let digits = self.bytes[self.position..]
             .iter()
@@ -110,7 +110,7 @@ impl Scanner<'_> {
     }
 
     /// Refuses a file that is too short before memory is allocated.
-    fn expect_bytes(&self, least: usize, count: usize) -> Result<(), PnmError> {
+    fn expect_bytes(&self, least: usize, count: usize) -> Result<(), Wrong> {
         if self.bytes.len() - self.position < least {
             return Err((
                 self.line,
@@ -121,7 +121,7 @@ impl Scanner<'_> {
     }
 
     /// Reads the digits of a plain bitmap, which may follow each other without a space.
-    fn digits(&mut self, count: usize) -> Result<Vec<u8>, PnmError> {
+    fn digits(&mut self, count: usize) -> Result<Vec<u8>, Wrong> {
         self.expect_bytes(count, count)?;
         let mut digit = || {
             self.skip();
@@ -133,7 +133,7 @@ impl Scanner<'_> {
         (0..count).map(|_| digit()).collect()
     }
 
-    fn plain(&mut self, count: usize, deepest: u32) -> Result<Vec<u8>, PnmError> {
+    fn plain(&mut self, count: usize, deepest: u32) -> Result<Vec<u8>, Wrong> {
         // Each value takes a digit and a space.
         self.expect_bytes(2 * count - 1, count)?;
         (0..count)
@@ -142,7 +142,7 @@ impl Scanner<'_> {
     }
 
     /// Reads packed bits, the first in the highest bit of a byte. A row begins with a byte.
-    fn bits(&mut self, width: usize, height: usize) -> Result<Vec<u8>, PnmError> {
+    fn bits(&mut self, width: usize, height: usize) -> Result<Vec<u8>, Wrong> {
         let bytes = width.div_ceil(8);
         let rows = self.raster(bytes * height)?.0.chunks_exact(bytes);
         let row = |row: &[u8]| {
@@ -154,7 +154,7 @@ impl Scanner<'_> {
         Ok(rows.flat_map(row).collect())
     }
 
-    fn raw(&mut self, count: usize, deepest: u32) -> Result<Vec<u8>, PnmError> {
+    fn raw(&mut self, count: usize, deepest: u32) -> Result<Vec<u8>, Wrong> {
         let is_wide = deepest > 255;
         let (raster, line) = self.raster(if is_wide { 2 * count } else { count })?;
         let sample = |value: u32| {
@@ -175,7 +175,7 @@ impl Scanner<'_> {
     }
 
     /// Returns the bytes of a raw raster, and the line on which it begins.
-    fn raster(&mut self, expected: usize) -> Result<(&[u8], usize), PnmError> {
+    fn raster(&mut self, expected: usize) -> Result<(&[u8], usize), Wrong> {
         // Exactly one white space ends the header: the next byte may be a pixel with the value of white
         // space.
         if !self.next().is_some_and(|byte| byte.is_ascii_whitespace()) {

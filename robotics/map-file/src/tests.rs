@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
 
-use super::Cell::{Free, Occupied, Unknown};
+use super::MapCell::{Free, Occupied, Unknown};
 use super::*;
 
 const YAML: &str = "image: m\nresolution: 0.05\norigin: [0, 0, 0]\n";
@@ -17,13 +17,10 @@ fn load(yaml: impl AsRef<[u8]>, image: &[u8]) -> Result<MapFile, String> {
     fs::write(folder.path().join("m.yaml"), yaml).expect("it is written");
     fs::write(folder.path().join("m"), image).expect("it is written");
     let path = folder.path().to_str().expect("UTF-8").to_owned();
-    MapFile::load(&folder.path().join("m.yaml")).map_err(|faults| {
-        let lines: Vec<_> = faults.iter().map(ToString::to_string).collect();
-        lines.join("\n").replace(&path, "")
-    })
+    MapFile::load(&folder.path().join("m.yaml")).map_err(|faults| faults.to_string().replace(&path, ""))
 }
 
-fn cells(yaml: &str, image: &[u8]) -> Vec<Cell> {
+fn cells(yaml: &str, image: &[u8]) -> Vec<MapCell> {
     load(yaml, image).expect("a map").cells
 }
 
@@ -168,7 +165,43 @@ fn a_number_may_be_quoted_and_a_flag_may_be_a_word() {
     }
     for flag in ["tRUE", "maybe", "0.0", "[0]", "''"] {
         let error = load(format!("{YAML}negate: {flag}\n"), image).expect_err(flag);
-        assert!(error.starts_with("/m.yaml:4: `negate` is no flag"), "{error}");
+        assert!(error.starts_with("/m.yaml:4:9: `negate` is no flag"), "{error}");
+    }
+}
+
+#[test]
+fn each_kind_of_fault_is_shown_at_its_place() {
+    for (yaml, expected) in [
+        (
+            "image: m\nresolution: 5 cm\norigin: [0, 0, 0]",
+            "/m.yaml:2:13: `resolution` is not a number: expected more than 0 m\n    2 | resolution: 5 cm\n      |             ^^^^",
+        ),
+        (
+            "image: m\nresolution: -0.05\norigin: [0, 0, 0]",
+            "/m.yaml:2:13: `resolution` is -0.05: expected more than 0 m\n    2 | resolution: -0.05\n      |             ^^^^^",
+        ),
+        (
+            "# Größe\nimage: m\nresolution: 1\norigin: [0, 0]",
+            "/m.yaml:4:9: `origin` is not [x, y, yaw] in metres and radians\n    4 | origin: [0, 0]\n      |         ^^^^^^",
+        ),
+        (
+            "image: m\nresoluton: 1\norigin: [0, 0, 0]",
+            "/m.yaml: `resolution` is missing\n    help: is `resoluton` meant for it?",
+        ),
+        (
+            "image: m\nresolution: 1\norigin: [0, 0, 0]\nmode: colour",
+            "/m.yaml:4:7: `mode` is none of `trinary`, `scale` and `raw`\n    4 | mode: colour\n      |       ^^^^^^",
+        ),
+        (
+            "image: m\norigin: [0, 0",
+            "/m.yaml:2:14: this is not YAML: while parsing a flow sequence, expected ',' or ']'\n    2 | origin: [0, 0\n      |              ^",
+        ),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::write(folder.path().join("m"), b"P5 1 1 255\n\0").expect("it is written");
+        let faults = MapFile::parse(&folder.path().join("m.yaml"), yaml).expect_err("a fault");
+        let shown = format!("{faults:#}").replace(folder.path().to_str().expect("UTF-8"), "");
+        assert_eq!(shown, expected, "{yaml}");
     }
 }
 
@@ -210,11 +243,11 @@ fn an_image_that_is_not_found_is_searched_beside_the_yaml_file() {
         "{error}"
     );
     assert!(
-        error.ends_with("; `image: m` is the one beside the YAML file"),
+        error.ends_with("\n    help: `image: m` is the one beside the YAML file"),
         "{error}"
     );
     let error = load(yaml("~/m"), b"P5 1 1 255\n\0").expect_err("no home");
-    assert!(error.contains("m.yaml:1: `image` begins with `~`"), "{error}");
+    assert!(error.contains("m.yaml:1:8: `image` begins with `~`"), "{error}");
 }
 
 #[test]
@@ -234,7 +267,7 @@ fn a_file_of_another_kind_is_named_as_what_it_is() {
             "it is a recording or a log of a robot, and no ROS map",
         ),
     ] {
-        let error = load(bytes, b"").expect_err("it is no map");
+        let error = load(bytes, b"").expect_err("it is not a map");
         assert!(error.contains(expected), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
@@ -291,5 +324,5 @@ fn a_small_text_takes_little_work_and_memory() {
             .contains("more than 1000 keys")
     );
     let deep = format!("{YAML}deep: {}", "[".repeat(100_000));
-    assert!(load(deep, b"").expect_err("deep").contains("/m.yaml:4: "));
+    assert!(load(deep, b"").expect_err("deep").contains("/m.yaml:4:"));
 }

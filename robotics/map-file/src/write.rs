@@ -4,9 +4,10 @@ use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::Path;
 
+use jde_document::{FaultReport, MAX_BYTES};
 use jde_files::{read_text, replace};
 
-use crate::{Cell, MAX_TEXT, MapFile, yaml};
+use crate::{MapCell, MapFile, yaml};
 
 /// The shades of an image for free, unknown and occupied cells.
 const SHADES: [u8; 3] = [254, 205, 0];
@@ -34,9 +35,9 @@ impl MapFile {
             io::Error::new(io::ErrorKind::InvalidInput, message)
         })?;
         let [first, second] = [format!("{own}.pgm"), format!("{own}.2.pgm")];
-        let older = read_text(path, MAX_TEXT)
+        let older = read_text(path, MAX_BYTES)
             .ok()
-            .and_then(|older| yaml::image(path, &older));
+            .and_then(|older| yaml::read(&mut FaultReport::new(path, &older), &older).0);
         let is_first = older.is_some_and(|image| image.ends_with(&first));
         let name = if is_first { second } else { first };
         replace(&path.with_file_name(&name), |file| file.write_all(&self.image()))?;
@@ -60,9 +61,9 @@ impl MapFile {
         let mut pixels = format!("P5\n{} {}\n255\n", self.width, self.height).into_bytes();
         for row in self.cells.chunks_exact(self.width.max(1)).rev() {
             pixels.extend(row.iter().map(|cell| match cell.decided() {
-                Cell::Free => SHADES[0],
-                Cell::Unknown | Cell::Likely(_) => SHADES[1],
-                Cell::Occupied => SHADES[2],
+                MapCell::Free => SHADES[0],
+                MapCell::Unknown | MapCell::Likely(_) => SHADES[1],
+                MapCell::Occupied => SHADES[2],
             }));
         }
         pixels
@@ -82,12 +83,12 @@ mod tests {
             resolution: 0.05,
             origin: [-1.25, 0.1 + 0.2, 0.0],
             cells: vec![
-                Cell::Free,
-                Cell::Occupied,
-                Cell::Unknown,
-                Cell::Unknown,
-                Cell::Free,
-                Cell::Free,
+                MapCell::Free,
+                MapCell::Occupied,
+                MapCell::Unknown,
+                MapCell::Unknown,
+                MapCell::Free,
+                MapCell::Free,
             ],
             left_out: LeftOut::default(),
         }

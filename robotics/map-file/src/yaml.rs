@@ -5,15 +5,16 @@
 //! not read is named as left out.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use jde_document::{FaultReport, quote, quote_all};
 use jde_files::LeftOut;
+use jde_nearest::nearest;
 use saphyr_parser::{Event, Parser};
 
 use crate::cells::{Mode, Thresholds};
-use crate::fault::Fault;
 use crate::kind::Kind;
-use crate::similar::nearest;
 
 /// The keys that a map server reads.
 const KEYS: [&str; 7] = [
@@ -32,7 +33,6 @@ const MAX_DEPTH: usize = 64;
 
 /// The contents of the file.
 pub(crate) struct MapInfo {
-    pub(crate) image: PathBuf,
     /// The length of a cell's side in metres.
     pub(crate) resolution: f64,
     /// The lower left corner of the image in the world: x, y in metres and the heading in radians.
@@ -50,89 +50,56 @@ enum Value<'a> {
     Other,
 }
 
-struct Entry<'a> {
+struct YamlEntry<'a> {
     key: Cow<'a, str>,
     value: Value<'a>,
-    /// The line of the value.
+    /// The line of the value, from 1.
     line: usize,
+    /// The value, in characters from the start of the file.
+    place: Range<usize>,
 }
 
-struct MapYaml<'a> {
-    path: &'a Path,
-    entries: Vec<Entry<'a>>,
-    faults: Vec<Fault>,
+/// The entries of the file, and its faults.
+struct MapYaml<'a, 'r, 't> {
+    report: &'r mut FaultReport<'t>,
+    entries: Vec<YamlEntry<'a>>,
 }
 
-/// Returns the image that this text of the YAML file names.
-pub(crate) fn image(path: &Path, text: &str) -> Option<PathBuf> {
-    MapYaml::new(path, text).ok()?.image()
-}
-
-/// Reads the file. Returns all its faults.
-pub(crate) fn read(path: &Path, text: &str) -> Result<MapInfo, Vec<Fault>> {
-    let mut yaml = MapYaml::new(path, text)?;
-    let is_likelihood = |value: f64| (0.0..=1.0).contains(&value);
-    let image = yaml.image();
-    let resolution = yaml.number("resolution", None, "more than 0 m", |value| {
-        value > 0.0 && value <= 1e3
-    });
-    let origin = yaml.origin();
-    let negate = yaml.negate();
-    // The default thresholds classify the usual shade of unknown cells, 205, as unknown.
-    let occupied = yaml.number("occupied_thresh", Some(0.65), "0 to 1", is_likelihood);
-    let free = yaml.number("free_thresh", Some(0.196), "0 to 1", is_likelihood);
-    let mode = yaml.mode();
-    if let (Some(occupied), Some(free)) = (occupied, free)
-        && free > occupied
-    {
-        yaml.fault(
-            "free_thresh",
-            format!("is {free}: expected at most `occupied_thresh`, {occupied}"),
-        );
-    }
-    match (image, resolution, origin, negate, occupied, free, mode) {
-        (
-            Some(image),
-            Some(resolution),
-            Some(origin),
-            Some(negate),
-            Some(occupied),
-            Some(free),
-            Some(mode),
-        ) if yaml.faults.is_empty() => Ok(MapInfo {
-            image,
-            resolution,
-            origin,
-            mode,
-            thresholds: Thresholds {
-                negate,
-                occupied: occupied as f32,
-                free: free as f32,
-            },
-            left_out: yaml.left_out(),
-        }),
-        _ => Err(yaml.faults),
+/// Reads the file: the image that it names, also if something else is wrong, and the rest. Reports all its faults.
+pub(crate) fn read(report: &mut FaultReport<'_>, text: &str) -> (Option<PathBuf>, Option<MapInfo>) {
+    match entries(report, text) {
+        Some(entries) => {
+            let mut yaml = MapYaml { report, entries };
+            (yaml.image(), yaml.info())
+        }
+        None => (None, None),
     }
 }
 
 /// The events of a text, with their lines.
 struct Events<'a> {
     parser: Parser<'a, saphyr_parser::StrInput<'a>>,
-    /// The line of the last event.
+    /// The line of the last event, from 1.
     line: usize,
+    /// The last event, in characters from the start of the text.
+    place: Range<usize>,
 }
 
-/// The line, and what is wrong there.
-type Wrong = (usize, String);
+/// Where something is wrong, in characters from the start of the text, and what.
+type Wrong = (Range<usize>, String);
 
 impl<'a> Events<'a> {
     fn next(&mut self) -> Result<Event<'a>, Wrong> {
         match self.parser.next() {
             Some(Ok((event, span))) => {
                 self.line = span.start.line();
+                self.place = span.start.index()..span.end.index();
                 Ok(event)
             }
-            Some(Err(error)) => Err((error.marker().line(), format!("invalid YAML: {}", error.info()))),
+            Some(Err(error)) => {
+                let at = error.marker().index();
+                Err((at..at, format!("this is not YAML: {}", error.info())))
+            }
             None => Ok(Event::StreamEnd),
         }
     }
@@ -148,8 +115,8 @@ impl<'a> Events<'a> {
                 _ => {}
             }
             if depth > MAX_DEPTH {
-                let message = format!("has values more than {MAX_DEPTH} levels deep");
-                return Err((self.line, message));
+                let message = format!("this is more than {MAX_DEPTH} levels deep");
+                return Err((self.place.clone(), message));
             }
         }
         Ok(())
@@ -181,7 +148,7 @@ impl<'a> Events<'a> {
     }
 
     /// Reads the entries of the first document, if it is a table.
-    fn entries(&mut self) -> Result<Option<Vec<Entry<'a>>>, Wrong> {
+    fn entries(&mut self) -> Result<Option<Vec<YamlEntry<'a>>>, Wrong> {
         loop {
             match self.next()? {
                 Event::StreamStart | Event::DocumentStart(_) => {}
@@ -200,11 +167,17 @@ impl<'a> Events<'a> {
                 }
             };
             let event = self.next()?;
-            let line = self.line;
+            let (line, start) = (self.line, self.place.clone());
             let value = self.value(event)?;
-            entries.push(Entry { key, value, line });
+            let place = start.start..self.place.end;
+            entries.push(YamlEntry {
+                key,
+                value,
+                line,
+                place,
+            });
             if entries.len() > MAX_KEYS {
-                return Err((line, format!("has more than {MAX_KEYS} keys")));
+                return Err((start, format!("this is more than {MAX_KEYS} keys")));
             }
         }
     }
@@ -214,42 +187,67 @@ const fn is_start(event: &Event<'_>) -> bool {
     matches!(event, Event::MappingStart(..) | Event::SequenceStart(..))
 }
 
-impl<'a> MapYaml<'a> {
-    fn new(path: &'a Path, text: &'a str) -> Result<Self, Vec<Fault>> {
-        let mut events = Events {
-            parser: Parser::new_from_str(text),
-            line: 1,
-        };
-        let kind = Kind::of(text.as_bytes()).filter(|kind| *kind != Kind::RosMap);
-        let (line, message) = match (events.entries(), kind) {
-            // A file of another kind may be YAML by chance.
-            (Ok(Some(entries)), _) if entries.iter().any(|entry| KEYS.contains(&&*entry.key)) => {
-                let faults = Vec::new();
-                return Ok(Self {
-                    path,
-                    entries,
-                    faults,
-                });
-            }
-            (_, Some(kind)) => (1, format!("it is {kind}, and no ROS map: {}", kind.way_to_map())),
-            (Err(wrong), None) => wrong,
-            (Ok(_), None) => (
-                1,
-                "expected the YAML of a map: image, resolution, origin, ...".to_owned(),
-            ),
-        };
-        Err(vec![Fault {
-            file: path.to_owned(),
-            line: Some(line),
-            message,
-        }])
+/// Reads the entries of a map. Reports a text that is none.
+fn entries<'a>(report: &mut FaultReport<'_>, text: &'a str) -> Option<Vec<YamlEntry<'a>>> {
+    let mut events = Events {
+        parser: Parser::new_from_str(text),
+        line: 1,
+        place: 0..0,
+    };
+    let kind = Kind::of(text.as_bytes()).filter(|kind| *kind != Kind::RosMap);
+    match (events.entries(), kind) {
+        // A file of another kind may be YAML by chance.
+        (Ok(Some(entries)), _) if entries.iter().any(|entry| KEYS.contains(&&*entry.key)) => {
+            return Some(entries);
+        }
+        (_, Some(kind)) => {
+            report.file_fault(format!("it is {kind}, and no ROS map: {}", kind.way_to_map()));
+        }
+        (Err((place, message)), None) => {
+            report.fault(&report.in_bytes(&place), message);
+        }
+        (Ok(_), None) => {
+            report
+                .file_fault("it is not the YAML file of a map")
+                .advise(format!("such a file states {}", quote_all(KEYS)));
+        }
     }
+    None
 }
 
-impl MapYaml<'_> {
+impl MapYaml<'_, '_, '_> {
+    fn info(&mut self) -> Option<MapInfo> {
+        let is_likelihood = |value: f64| (0.0..=1.0).contains(&value);
+        let resolution = self.number("resolution", None, "more than 0 m", |value| {
+            value > 0.0 && value <= 1e3
+        });
+        let origin = self.origin();
+        let negate = self.negate();
+        // The default thresholds classify the usual shade of unknown cells, 205, as unknown.
+        let occupied = self.number("occupied_thresh", Some(0.65), "0 to 1", is_likelihood);
+        let free = self.number("free_thresh", Some(0.196), "0 to 1", is_likelihood);
+        let mode = self.mode();
+        let (occupied, free) = (occupied?, free?);
+        if free > occupied {
+            let message = format!("is {free}: expected at most `occupied_thresh`, {occupied}");
+            self.fault("free_thresh", message);
+        }
+        Some(MapInfo {
+            resolution: resolution?,
+            origin: origin?,
+            mode: mode?,
+            thresholds: Thresholds {
+                negate: negate?,
+                occupied: occupied as f32,
+                free: free as f32,
+            },
+            left_out: self.left_out(),
+        })
+    }
+
     /// Returns the path of the image. Nothing stands for the user's folder in it, as in Nav2.
     fn image(&mut self) -> Option<PathBuf> {
-        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let folder = self.report.file().parent().unwrap_or(Path::new(""));
         match self.get("image")? {
             Value::Text(name) if name.starts_with("~/") => {
                 let message = "begins with `~`, which stands for nothing in a map: write the whole path";
@@ -344,11 +342,9 @@ impl MapYaml<'_> {
     /// Returns a required key. If it is missing, the fault names the most similar key.
     fn get(&mut self, key: &str) -> Option<&Value<'_>> {
         if self.find(key).is_none() {
-            let similar = nearest(key, self.entries.iter().map(|entry| &*entry.key));
-            let hint = similar
-                .map(|similar| format!("; is `{}` meant for it?", similar.escape_debug()))
-                .unwrap_or_default();
-            self.push(1, format!("`{key}` is missing{hint}"));
+            let others = self.entries.iter().map(|entry| &*entry.key);
+            let fault = self.report.file_fault(format!("`{key}` is missing"));
+            fault.suggest_by(|| Some(format!("is {} meant for it?", quote(nearest(key, others)?))));
         }
         self.find(key)
     }
@@ -356,7 +352,7 @@ impl MapYaml<'_> {
     /// Names what the map server does not read.
     fn left_out(&self) -> LeftOut {
         let mut left_out = LeftOut::default();
-        for (index, Entry { key, line, .. }) in self.entries.iter().enumerate() {
+        for (index, YamlEntry { key, line, .. }) in self.entries.iter().enumerate() {
             let why = if !KEYS.contains(&&**key) {
                 "no map server reads it"
             } else if self.entries[..index].iter().any(|earlier| earlier.key == *key) {
@@ -375,18 +371,8 @@ impl MapYaml<'_> {
 
     fn fault(&mut self, key: &str, message: impl AsRef<str>) {
         let entry = self.entries.iter().find(|entry| entry.key == key);
-        self.push(
-            entry.map_or(1, |entry| entry.line),
-            format!("`{key}` {}", message.as_ref()),
-        );
-    }
-
-    fn push(&mut self, line: usize, message: String) {
-        self.faults.push(Fault {
-            file: self.path.to_owned(),
-            line: Some(line),
-            message,
-        });
+        let span = entry.map_or(0..0, |entry| self.report.in_bytes(&entry.place));
+        self.report.fault(&span, format!("`{key}` {}", message.as_ref()));
     }
 }
 

@@ -124,11 +124,12 @@ impl<'a> Drive<'a> {
         self.at += 1;
         let odometry = self.carried.transform(&record.odometry);
         let begin = processor_time();
-        let seen = self.beams.update(&record.scan, &Pose2D::ORIGIN);
+        let seen = self.beams.update(&record.scan, |_| Pose2D::ORIGIN);
         let state = match seen {
             Ok(()) => self.localizer.step(settings, &odometry, &self.beams),
             Err(_) => State::Unsure(jde_mcl::Doubt::Unseen),
         };
+        let state = self.localizer.search(settings).unwrap_or(state);
         self.times.push(processor_time() - begin);
         let pose = self.localizer.pose(&odometry);
         let error = record.truth.zip(pose).map(|(truth, pose)| {

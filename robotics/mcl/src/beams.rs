@@ -3,13 +3,13 @@
 use jde_types::{Echo, LaserScan, Pose2D, Unmeasured};
 
 /// The fewest hits that say where a robot is.
-const LEAST: usize = 8;
+const MIN_HITS: usize = 8;
 
 /// Why a scan cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Blind {
     /// So few beams hit something: there are no more, or most are NaN or infinite.
-    #[error("only {0} beams of the laser hit something: a pose needs {LEAST}")]
+    #[error("only {0} beams of the laser hit something: a pose needs {MIN_HITS}")]
     Few(usize),
     /// The scan is none.
     #[error("the scan of the laser is none: {0}")]
@@ -51,13 +51,14 @@ impl Beams {
         }
     }
 
-    /// Replaces the beams by those of `scan`, of a scanner mounted at `mount` on the base: as many as there is room
-    /// for, evenly chosen among those that hit something.
+    /// Replaces the beams by those of `scan`, of a scanner that is at `laser` at each beam, in the frame of the base: as many
+    /// as there is room for, evenly chosen among those that hit something.
     ///
     /// # Errors
-    /// If fewer than eight beams do, the scan is none, or `mount` is not finite. Then there are none.
-    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
+    /// If fewer than eight beams do, the scan is none, or the place of the scanner is not finite. Then there are none.
+    pub fn update(&mut self, scan: &LaserScan, laser: impl Fn(usize) -> Pose2D) -> Result<(), Blind> {
         self.beams.clear();
+        let mount = laser(0);
         self.mount = (mount.x as f32, mount.y as f32);
         let all = || {
             scan.echoes()
@@ -71,17 +72,18 @@ impl Beams {
             Ok(()) | Err(Unmeasured::Nothing) => {}
             Err(why) => return Err(Blind::NoScan(why)),
         }
-        if hits < LEAST {
+        if hits < MIN_HITS {
             return Err(Blind::Few(hits));
         }
         let most = self.most.min(hits);
         for (number, (beam, range)) in all().enumerate() {
             // Of every `hits / most` the first.
             if number * most / hits == self.beams.len() {
-                let (sin, cos) = libm::sincos(mount.theta + scan.angle(beam));
+                let from = laser(beam);
+                let (sin, cos) = libm::sincos(from.theta + scan.angle(beam));
                 let (cos, sin) = (cos as f32, sin as f32);
                 self.beams.push(Beam {
-                    end: (self.mount.0 + range * cos, self.mount.1 + range * sin),
+                    end: (from.x as f32 + range * cos, from.y as f32 + range * sin),
                     direction: (cos, sin),
                     range,
                 });
@@ -90,7 +92,7 @@ impl Beams {
         Ok(())
     }
 
-    /// Takes over every so many of `others` that there is room.
+    /// Takes over an even selection of `others`, as many as there is room for.
     pub(crate) fn thin(&mut self, others: &Self) {
         self.beams.clear();
         self.mount = others.mount;
@@ -137,7 +139,7 @@ mod tests {
     #[test]
     fn scans_that_say_too_little_are_refused() {
         let mut beams = Beams::new(60);
-        let mount = Pose2D::ORIGIN;
+        let mount = |_| Pose2D::ORIGIN;
         for (ranges, hits) in [
             (&[][..], 0),
             (&[f32::NAN; 300], 0),
@@ -148,18 +150,18 @@ mod tests {
             (&[9.0; 300], 0),
             (&[1.0; 7], 7),
         ] {
-            beams.update(&scan(&[1.0; 9]), &mount).expect("enough");
-            assert_eq!(beams.update(&scan(ranges), &mount), Err(Blind::Few(hits)));
+            beams.update(&scan(&[1.0; 9]), mount).expect("enough");
+            assert_eq!(beams.update(&scan(ranges), mount), Err(Blind::Few(hits)));
             assert!(beams.as_slice().is_empty(), "none of the scan before");
         }
         let nowhere = Pose2D::new(0.0, f64::NAN, 0.0);
-        assert_eq!(beams.update(&scan(&[1.0; 9]), &nowhere), Err(Blind::NotFinite));
+        assert_eq!(beams.update(&scan(&[1.0; 9]), |_| nowhere), Err(Blind::NotFinite));
         let turned = LaserScan {
             angle_increment: f32::NAN,
             ..scan(&[1.0; 9])
         };
         assert_eq!(
-            beams.update(&turned, &mount),
+            beams.update(&turned, mount),
             Err(Blind::NoScan(Unmeasured::Angles))
         );
     }
@@ -169,7 +171,7 @@ mod tests {
         let mut ranges = [f32::NAN; 100];
         ranges.iter_mut().step_by(2).for_each(|range| *range = 2.0);
         let mut beams = Beams::new(10);
-        beams.update(&scan(&ranges), &Pose2D::ORIGIN).expect("enough");
+        beams.update(&scan(&ranges), |_| Pose2D::ORIGIN).expect("enough");
         let angles: Vec<f32> = beams
             .as_slice()
             .iter()
@@ -189,7 +191,7 @@ mod tests {
     fn ends_are_in_the_frame_of_the_base() {
         let mut beams = Beams::new(60);
         let mount = Pose2D::new(0.2, 0.1, FRAC_PI_2);
-        beams.update(&scan(&[1.0; 8]), &mount).expect("enough");
+        beams.update(&scan(&[1.0; 8]), |_| mount).expect("enough");
         let first = beams.as_slice()[0];
         assert!((first.end.0 - 0.2).abs() < 1e-6 && (first.end.1 - 1.1).abs() < 1e-6);
     }

@@ -7,7 +7,7 @@ use jde_grid::{Geometry, Occupancy, OccupancyGrid, squared_distances};
 /// The parts of a cell in which distances are counted.
 const PARTS: f32 = 8.0;
 /// No distance: that of all that is farther, and outside the map.
-const FAR: u8 = u8::MAX;
+const MAX_DISTANCE: u8 = u8::MAX;
 /// The square from which on a distance is the greatest, in cells.
 const FAR_SQUARE: u32 = 32 * 32;
 /// What the distance between the centres of two cells can exceed that of their points by, in cells.
@@ -46,7 +46,7 @@ impl Field {
             .map(|square| (PARTS * libm::sqrtf(square as f32)) as u8)
             .collect();
         let squares = squared_distances(width, &sources);
-        let part = |square: &u32| parts.get(*square as usize).copied().unwrap_or(FAR);
+        let part = |square: &u32| parts.get(*square as usize).copied().unwrap_or(MAX_DISTANCE);
         let near = squares.iter().map(part).collect();
         let (mut spans, mut free) = (Vec::new(), 0);
         let mut was_free = false;
@@ -81,7 +81,7 @@ impl Field {
         self.free
     }
 
-    /// Returns the middles of every so many occupied cells that they are at most `most`, m.
+    /// Returns the middles of an even selection of occupied cells, at most `most`, m.
     pub fn obstacles(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let occupied = || self.near.iter().enumerate().filter(|(_, parts)| **parts == 0);
         let step = occupied().count().div_ceil(most.max(1)).max(1);
@@ -116,12 +116,12 @@ impl Field {
     /// The distance at a place, in parts of a cell.
     #[inline]
     pub(crate) fn parts(&self, x: f32, y: f32) -> u8 {
-        self.index(x, y).map_or(FAR, |index| self.near[index])
+        self.index(x, y).map_or(MAX_DISTANCE, |index| self.near[index])
     }
 
     /// The distances of all parts, in cells; that of the last is infinite.
     pub(crate) fn distances() -> impl Iterator<Item = f32> {
-        (0..=FAR).map(in_cells)
+        (0..=MAX_DISTANCE).map(in_cells)
     }
 
     /// The distance at a place; infinite if it is great.
@@ -156,7 +156,7 @@ impl Field {
 }
 
 fn in_cells(parts: u8) -> f32 {
-    if parts == FAR {
+    if parts == MAX_DISTANCE {
         f32::INFINITY
     } else {
         f32::from(parts) / PARTS

@@ -8,17 +8,26 @@
 mod beams;
 mod bins;
 mod field;
+mod fit;
 mod localizer;
 mod motion;
 mod particles;
+mod places;
 mod random;
 mod search;
 mod sensor;
+mod settings;
+mod state;
+
+#[cfg(test)]
+mod tests;
 
 pub use beams::{Beams, Blind};
 pub use bins::bound;
 pub use field::Field;
-pub use localizer::{Doubt, Limits, Localizer, Settings, State};
+pub use localizer::Localizer;
 pub use motion::MotionNoise;
 pub use particles::Estimate;
 pub use sensor::{Model, Sensor};
+pub use settings::{Limits, Settings};
+pub use state::{Doubt, State};

@@ -1,161 +1,35 @@
 //! When particles move, are weighed and are drawn anew, and whether their estimate is sure.
 
-use core::fmt;
-
-use jde_types::Pose2D;
+use jde_types::{Pose2D, normalize_angle};
 
 use crate::beams::Beams;
 use crate::field::Field;
-use crate::motion::MotionNoise;
+use crate::fit::Comparison;
 use crate::particles::{Estimate, Particles, cells};
+use crate::places::{NOISE, Places};
 use crate::random::normals;
-use crate::search::{Region, Search};
-use crate::sensor::{Likelihoods, Sensor, agreement};
+use crate::search::{PoseSearch, Region};
+use crate::sensor::{Likelihoods, Sensor};
+use crate::settings::{Limits, Settings};
+use crate::state::{Doubt, State};
 
 /// The share of the newest scan in the average agreement.
 const NEWEST: f64 = 0.2;
 /// How many scans an average needs before a robot counts as lost.
 const SCANS: u32 = 10;
 /// What is sure stays sure until it is so many times worse.
-const LENIENT: f64 = 2.0;
-
-/// What makes an estimate sure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// The least share of the beams that agree with the map at the estimate, as an average over scans, when the estimate
-    /// becomes sure. Below it a robot whose estimate was not sure yet is lost.
-    pub sure_agreement: f64,
-    /// The same while the estimate is sure. Below it a robot whose estimate was sure is lost.
-    pub agreement: f64,
-    /// How far the end of a beam may be from an obstacle of the map, m.
-    pub tolerance: f64,
-    /// The least share of the weights that the heaviest cluster has.
-    pub share: f64,
-    /// The greatest standard deviation of the position, m.
-    pub deviation: f64,
-    /// The greatest standard deviation of the heading, rad.
-    pub heading_deviation: f64,
-    /// The way that the robot must go after a search before its estimate is sure, m.
-    pub confirm: f64,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            sure_agreement: 0.7,
-            agreement: 0.5,
-            tolerance: 0.25,
-            share: 0.95,
-            deviation: 0.3,
-            heading_deviation: 0.2,
-            confirm: 1.0,
-        }
-    }
-}
-
-impl Limits {
-    /// The share of the beams that must agree with an estimate that `is_sure` or not.
-    const fn needed(&self, is_sure: bool) -> f64 {
-        if is_sure {
-            self.agreement
-        } else {
-            self.sure_agreement.max(self.agreement)
-        }
-    }
-}
-
-/// How it localizes. All may change from step to step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// The fewest particles.
-    pub least: usize,
-    /// The error of KLD-sampling.
-    pub error: f64,
-    /// The quantile of the standard normal distribution for the probability of that error.
-    pub quantile: f64,
-    /// The errors of the odometry.
-    pub motion: MotionNoise,
-    /// The model of the laser.
-    pub sensor: Sensor,
-    /// The way after which the particles are weighed, m.
-    pub update_way: f64,
-    /// The turn after which the particles are weighed, rad.
-    pub update_turn: f64,
-    /// The most poses that a search looks at.
-    pub search: usize,
-    /// The poses that a search looks at in one step.
-    pub search_step: usize,
-    /// What makes an estimate sure.
-    pub limits: Limits,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            least: 500,
-            error: 0.05,
-            quantile: 2.326,
-            motion: MotionNoise::default(),
-            sensor: Sensor::default(),
-            update_way: 0.1,
-            update_turn: 0.1,
-            search: 2_000_000,
-            search_step: 40_000,
-            limits: Limits::default(),
-        }
-    }
-}
-
-/// Why an estimate is not sure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Doubt {
-    /// There is no estimate, because nobody has said where the robot is, and it was not searched.
-    Nowhere,
-    /// No scan has been compared with the map since the start.
-    Unseen,
-    /// This share of the beams agrees with the map.
-    Disagrees(f64),
-    /// Clusters of particles are at several places; this share is in the heaviest.
-    Ambiguous(usize, f64),
-    /// The standard deviation of the position, m, and of the heading, rad, is too large.
-    Wide(f64, f64),
-    /// The robot must go this way before the result of a search is sure, m.
-    Unconfirmed(f64),
-}
-
-impl fmt::Display for Doubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Nowhere => f.write_str("nothing says where the robot is"),
-            Self::Unseen => f.write_str("the scan has not been compared with the map"),
-            Self::Disagrees(share) => {
-                write!(f, "only {:.0} % of the beams agree with the map", 100.0 * share)
-            }
-            Self::Ambiguous(clusters, share) => write!(
-                f,
-                "it may be at {clusters} places, at one of them with {:.0} %",
-                100.0 * share
-            ),
-            Self::Wide(way, turn) => write!(
-                f,
-                "the place is known to {way:.2} m and {:.0} degrees only",
-                turn.to_degrees()
-            ),
-            Self::Unconfirmed(way) => write!(f, "the robot must move by another {way:.1} m to be sure"),
-        }
-    }
-}
-
-/// What is known of the pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum State {
-    /// The estimate is sure.
-    Sure,
-    /// There may be an estimate, but it is not sure.
-    Unsure(Doubt),
-    /// The robot is searched, and there is no estimate. The number is the share that is done.
-    Searching(f64),
-}
+const DEVIATION_HYSTERESIS: f64 = 2.0;
+/// By how much more a scan may speak for another place than for that of a sure estimate, since it is the best of many.
+const LUCK: f32 = 0.15;
+/// A search vouches for an estimate until the agreement falls by this, as it does when the robot is carried away.
+const FALL: f64 = 0.15;
+/// It is searched again after a third of that.
+const SINKS: f64 = 0.05;
+/// The robot was turned if the scan fits better by more than this, rad, away from the estimate.
+const PUSHED_TURN: f64 = 0.1;
+/// The deviations of the only place that a search found, m and rad: it was fitted to the scan.
+const FOUND_DEVIATION: f64 = 0.1;
+const FOUND_HEADING_DEVIATION: f64 = 0.05;
 
 /// A particle filter on one map.
 #[derive(Clone, Debug)]
@@ -163,8 +37,16 @@ pub struct Localizer {
     field: Field,
     particles: Particles,
     likelihoods: Likelihoods,
-    search: Search,
+    search: PoseSearch,
     is_searching: bool,
+    /// The estimate at the scan of the search, in cells, and the agreement.
+    searched_from: Option<([f32; 3], f64)>,
+    /// What a search found, until the estimate is sure.
+    places: Places,
+    /// Whether the particles come from a search, and the estimate has not been sure since.
+    is_found: bool,
+    /// The agreement when a search found no better place than that of the estimate.
+    vouched: Option<f64>,
     /// The region that is searched with the next scan.
     requested: Option<Region>,
     random: fastrand::Rng,
@@ -181,6 +63,8 @@ pub struct Localizer {
     is_sure: bool,
     /// Whether the estimate has been sure since it was doubted.
     was_sure: bool,
+    /// The agreement of the estimate that was sure before a doubt.
+    before: Option<f64>,
 }
 
 impl Localizer {
@@ -192,8 +76,12 @@ impl Localizer {
         Self {
             particles: Particles::new(most, cell),
             likelihoods: Likelihoods::new(Sensor::default(), cell),
-            search: Search::new(most, cell),
+            search: PoseSearch::new(cell),
             is_searching: false,
+            searched_from: None,
+            places: Places::new(cell),
+            is_found: false,
+            vouched: None,
             requested: None,
             random: fastrand::Rng::with_seed(seed),
             reference: None,
@@ -204,6 +92,7 @@ impl Localizer {
             scans: 0,
             is_sure: false,
             was_sure: false,
+            before: None,
             field,
         }
     }
@@ -217,16 +106,7 @@ impl Localizer {
     /// The robot is here, with these standard deviations of x and y in metres and of the heading in radians.
     pub fn start_at(&mut self, pose: &Pose2D, deviation: f64, heading_deviation: f64) {
         self.forget();
-        let [x, y, heading] = cells(self.field.geometry(), pose);
-        let deviation = (deviation / self.field.geometry().resolution()) as f32;
-        for _ in 0..self.particles.most() {
-            let ([dx, dy], [turn, _]) = (normals(&mut self.random), normals(&mut self.random));
-            self.particles.push([
-                x + deviation * dx,
-                y + deviation * dy,
-                heading + heading_deviation as f32 * turn,
-            ]);
-        }
+        self.spread(cells(self.field.geometry(), pose), deviation, heading_deviation);
         self.particles.level();
         self.estimate = self.particles.estimate(self.field.geometry());
         self.is_due = true;
@@ -256,16 +136,25 @@ impl Localizer {
         self.doubt();
     }
 
-    /// The robot may have been moved meanwhile: its pose is not sure until a scan agrees.
+    /// The robot may have been moved meanwhile: its pose is not sure until a scan agrees, and a search begins anew.
     pub fn doubt(&mut self) {
+        if self.is_sure {
+            self.before = Some(self.agreement);
+        }
+        if core::mem::take(&mut self.is_searching) && self.particles.len() == 0 {
+            self.requested = Some(self.search.region());
+        }
+        self.searched_from = None;
         (self.agreement, self.scans) = (0.0, 0);
         (self.is_sure, self.was_sure) = (false, false);
+        self.vouched = None;
         self.is_due = true;
     }
 
     /// Takes a scan, and the pose of the odometry at its time. Returns what is known of the pose.
     ///
-    /// Takes time by the number of particles times that of beams, if the robot moved; and that of poses of a search.
+    /// Takes time by the number of particles times that of beams, if the robot moved; after a search, also by that of the
+    /// places that it found.
     pub fn step(&mut self, settings: &Settings, odometry: &Pose2D, beams: &Beams) -> State {
         if !self.likelihoods.is_of(&settings.sensor) {
             self.likelihoods = Likelihoods::new(settings.sensor, self.field.geometry().resolution());
@@ -273,25 +162,27 @@ impl Localizer {
         if let Some(region) = self.requested.take() {
             self.begin_search(settings, region, odometry, beams);
         }
-        if self.is_searching
-            && self
-                .search
-                .advance(&self.field, settings.search_step, &mut self.random)
-        {
-            self.end_search(settings, odometry);
-        }
         self.filter(settings, odometry, beams);
         self.compare(settings, odometry, beams);
-        let state = self.judge(&settings.limits);
-        self.is_sure = state == State::Sure;
-        self.was_sure |= self.is_sure;
-        // The best poses of a search would make a sure estimate doubtful.
-        self.is_searching &= !self.is_sure;
-        let is_lost = self.scans >= SCANS && self.agreement < settings.limits.needed(self.was_sure);
-        if is_lost && !self.is_searching {
+        let state = self.conclude(settings);
+        if self.needs_search(&settings.limits) && !self.is_searching {
             self.begin_search(settings, Region::Everywhere, odometry, beams);
         }
         state
+    }
+
+    /// Goes on with a search, if there is one, and returns what is known of the pose then. It needs no new scan.
+    ///
+    /// Takes time by the number of poses of a call; the last call fits the scan at some tens of places.
+    pub fn search(&mut self, settings: &Settings) -> Option<State> {
+        if !self.is_searching {
+            return None;
+        }
+        if (self.search).advance(&self.field, settings.search_step, &mut self.random) {
+            self.is_searching = false;
+            self.end_search(settings);
+        }
+        Some(self.conclude(settings))
     }
 
     /// Returns the estimate of the pose at this pose of the odometry, whether it is sure or not.
@@ -300,6 +191,12 @@ impl Localizer {
         let reference = self.reference.as_ref().unwrap_or(odometry);
         let estimate = self.estimate.as_ref()?;
         Some(estimate.pose.transform(&reference.localize(odometry)))
+    }
+
+    /// Whether the estimate was sure or said by a person, and no search has replaced it since.
+    #[must_use]
+    pub const fn is_settled(&self) -> bool {
+        self.estimate.is_some() && !self.is_found
     }
 
     /// Returns the estimate at the last update of the particles.
@@ -320,7 +217,7 @@ impl Localizer {
         self.particles.len()
     }
 
-    /// Returns the places of every so many particles that they are at most `most`, in the frame of the map, m.
+    /// Returns the places of an even selection of particles, at most `most`, in the frame of the map, m.
     pub fn places(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let step = self.particles.len().div_ceil(most.max(1)).max(1);
         (0..self.particles.len()).step_by(step).map(|index| {
@@ -334,29 +231,104 @@ impl Localizer {
         self.estimate = None;
         self.reference = None;
         self.is_searching = false;
-        self.requested = None;
+        self.places.clear();
+        self.is_found = false;
         self.unconfirmed = 0.0;
         self.doubt();
+        (self.requested, self.before) = (None, None);
+    }
+
+    /// Adds as many particles as there is room for around a pose in cells, with these deviations in m and rad.
+    fn spread(&mut self, [x, y, heading]: [f32; 3], deviation: f64, heading_deviation: f64) {
+        let deviation = (deviation / self.field.geometry().resolution()) as f32;
+        for _ in self.particles.len()..self.particles.most() {
+            let ([dx, dy], [turn, _]) = (normals(&mut self.random), normals(&mut self.random));
+            self.particles.push([
+                x + deviation * dx,
+                y + deviation * dy,
+                heading + heading_deviation as f32 * turn,
+            ]);
+        }
     }
 
     fn begin_search(&mut self, settings: &Settings, region: Region, odometry: &Pose2D, beams: &Beams) {
         if self.field.free_cells() > 0 {
             self.search
                 .begin(&self.field, region, beams, *odometry, settings.search);
+            let geometry = self.field.geometry();
+            let estimate = self.pose(odometry).map(|pose| cells(geometry, &pose));
+            self.searched_from = estimate.map(|pose| (pose, self.agreement));
             self.is_searching = true;
         }
     }
 
-    /// Adds the best poses to the particles; beside those that there were, at most as many.
-    fn end_search(&mut self, settings: &Settings, odometry: &Pose2D) {
-        self.is_searching = false;
+    /// Compares the best places with that of the estimate. If one is better, or the estimate is worth nothing without a
+    /// search, it takes them over.
+    fn end_search(&mut self, settings: &Settings) {
+        self.search.sort();
+        let tolerance = tolerance(settings, &self.field);
+        let scan = Comparison {
+            field: &self.field,
+            likelihoods: &self.likelihoods,
+            beams: self.search.scan(),
+            tolerance,
+        };
+        let reach = self.search.spacing() / 2.0;
+        let Some((pose, agreement)) = self.searched_from else {
+            self.places.find(&self.search, &scan, reach);
+            self.take_places(settings, None);
+            return;
+        };
+        if self.agreement < agreement - FALL {
+            // The scan is of another place, or of before: the next one is searched.
+            return;
+        }
+        self.places.find(&self.search, &scan, reach);
+        let (own, climbed) = (scan.fit(pose).support, scan.climb(pose, reach));
+        let (near, near_by) = (self.places.best_of(pose).into_iter())
+            .chain([(climbed, scan.fit(climbed).support)])
+            .fold(
+                (pose, own),
+                |best, other| if other.1 > best.1 { other } else { best },
+            );
+        let lead = near_by - self.places.best_beside(near).unwrap_or(-1.0);
+        // What is sure has its past for it, and what a person said has the person. What was found has nothing: the best
+        // of all poses of a wrong map has some luck too.
+        let is_best = if self.is_sure {
+            lead > -LUCK
+        } else {
+            lead > -NOISE && !self.is_found
+        };
+        // A pose that the scan knows better is that of a robot that was pushed or turned.
+        let is_apart = libm::hypotf(near[0] - pose[0], near[1] - pose[1]) > tolerance
+            || normalize_angle((near[2] - pose[2]).into()).abs() > PUSHED_TURN;
+        if is_best && is_apart && near_by > own + NOISE {
+            self.take_places(settings, Some(near));
+        } else if is_best {
+            self.vouched = Some(agreement);
+        } else {
+            self.take_places(settings, None);
+        }
+    }
+
+    /// Adds what a search found to the particles, beside those that there were: the surroundings of `near`, or those of
+    /// the only place, or the best poses.
+    fn take_places(&mut self, settings: &Settings, near: Option<[f32; 3]>) {
         self.particles.make_room();
-        let reference = *self.reference.get_or_insert(*odometry);
+        let reference = *self.reference.get_or_insert(*self.search.odometry());
         let first = self.particles.len();
         let room = self.particles.most() - first;
-        let particles = &mut self.particles;
-        self.search
-            .best(room, &mut self.random, |pose| particles.push(pose));
+        let only = match self.places.as_slice() {
+            &[place] if !self.places.is_cut() => Some(place.pose),
+            _ => None,
+        };
+        if let Some(pose) = near.or(only) {
+            self.spread(pose, FOUND_DEVIATION, FOUND_HEADING_DEVIATION);
+        } else {
+            let particles = &mut self.particles;
+            self.search
+                .best(room, &mut self.random, |pose| particles.push(pose));
+        }
         if self.particles.len() == 0 {
             // No free cell is where it was said to be.
             self.requested = Some(Region::Everywhere);
@@ -366,8 +338,13 @@ impl Localizer {
         let motion = settings.motion.motion(&since, self.field.geometry().resolution());
         self.particles.predict(first, &motion, &mut self.random);
         self.particles.level();
-        self.unconfirmed = settings.limits.confirm;
+        self.places.shift(&since);
         self.doubt();
+        if near.is_none() {
+            (self.is_found, self.before) = (true, None);
+            let is_unique = only.is_some() && self.search.is_of_all();
+            self.unconfirmed = if is_unique { 0.0 } else { settings.limits.confirm };
+        }
     }
 
     /// Moves and weighs the particles if the robot has moved or it is due.
@@ -388,6 +365,15 @@ impl Localizer {
         self.particles.weigh(&self.field, &self.likelihoods, beams);
         self.estimate = self.particles.estimate(&geometry);
         self.unconfirmed = (self.unconfirmed - way).max(0.0);
+        if self.is_found {
+            let scan = Comparison {
+                field: &self.field,
+                likelihoods: &self.likelihoods,
+                beams,
+                tolerance: tolerance(settings, &self.field),
+            };
+            self.places.follow(&delta, &scan);
+        }
         if self.particles.effective() < 0.5 * self.particles.len() as f64 {
             let kld = (settings.error, settings.quantile);
             self.particles.resample(settings.least, kld, &mut self.random);
@@ -398,39 +384,107 @@ impl Localizer {
     /// Compares the scan with the map at the estimate.
     fn compare(&mut self, settings: &Settings, odometry: &Pose2D, beams: &Beams) {
         let Some(pose) = self.pose(odometry) else { return };
-        let geometry = self.field.geometry();
-        let cell = geometry.resolution() as f32;
-        let tolerance = settings.limits.tolerance as f32 / cell;
-        let share = agreement(&self.field, beams, cells(geometry, &pose), (tolerance, cell));
+        let scan = Comparison {
+            field: &self.field,
+            likelihoods: &self.likelihoods,
+            beams,
+            tolerance: tolerance(settings, &self.field),
+        };
+        let share = scan.fit(cells(self.field.geometry(), &pose)).agreeing;
         self.scans = self.scans.saturating_add(1);
         // At first the mean of all.
         let newest = NEWEST.max(1.0 / f64::from(self.scans));
         self.agreement += newest * (f64::from(share) - self.agreement);
     }
 
+    /// Judges, and remembers what follows from it.
+    fn conclude(&mut self, settings: &Settings) -> State {
+        let state = self.judge(&settings.limits);
+        self.is_sure = state == State::Sure;
+        self.was_sure |= self.is_sure;
+        self.is_found &= !self.is_sure;
+        // Its scan was of another moment, if it began because few beams agreed.
+        let sure_agreement = settings.limits.sure_agreement();
+        let was_low = self
+            .searched_from
+            .is_some_and(|(_, agreement)| agreement < sure_agreement);
+        self.is_searching &= !((self.is_sure || was_low) && self.agreement >= sure_agreement);
+        state
+    }
+
+    /// The share of the beams that must agree.
+    fn needed(&self, limits: &Limits) -> f64 {
+        let needed = if self.is_sure {
+            limits.agreement
+        } else {
+            limits.sure_agreement()
+        };
+        let changed = limits.changed_agreement;
+        // What was never sure must agree with the map, whatever a search says. What was doubted must agree as it did.
+        let least = if self.was_sure {
+            self.vouched.map(|vouched| vouched - FALL)
+        } else {
+            self.before
+                .filter(|_| self.vouched.is_some())
+                .map(|before| before - SINKS)
+        };
+        least.map_or(needed, |least| needed.min(least.max(changed)))
+    }
+
+    /// Whether another place may explain the scans better.
+    fn needs_search(&mut self, limits: &Limits) -> bool {
+        if self.scans < SCANS {
+            return false;
+        }
+        let is_low = self.agreement < limits.sure_agreement();
+        if !is_low {
+            self.vouched = None;
+        }
+        let may_rest = |vouched| self.agreement >= limits.agreement.max(vouched - SINKS);
+        let is_open = self.places.is_cut() || self.rivals().is_none();
+        let is_elsewhere = self.is_found && self.unconfirmed == 0.0 && is_open;
+        is_elsewhere || is_low && !self.vouched.is_some_and(may_rest)
+    }
+
+    /// How many other places explain the scans about as well as the estimate; `None` if its place was not found.
+    fn rivals(&self) -> Option<usize> {
+        let pose = &self.estimate.as_ref()?.pose;
+        self.places.rivals(cells(self.field.geometry(), pose))
+    }
+
     fn judge(&self, limits: &Limits) -> State {
         let Some(estimate) = &self.estimate else {
             return if self.is_searching {
                 State::Searching(self.search.done())
+            } else if self.particles.len() > 0 {
+                State::Unsure(Doubt::Unseen)
             } else {
                 State::Unsure(Doubt::Nowhere)
             };
         };
-        let lenient = if self.is_sure { LENIENT } else { 1.0 };
+        let lenient = if self.is_sure { DEVIATION_HYSTERESIS } else { 1.0 };
         let (deviation, turn) = (estimate.deviation(), estimate.heading_deviation());
+        let rivals = || self.rivals().unwrap_or(self.places.as_slice().len());
         let doubt = if self.scans == 0 {
             Doubt::Unseen
-        } else if self.agreement < limits.needed(self.is_sure) {
+        } else if self.agreement < self.needed(limits) {
             Doubt::Disagrees(self.agreement)
+        } else if self.unconfirmed > 0.0 {
+            Doubt::Unconfirmed(self.unconfirmed)
         } else if 1.0 - estimate.share > lenient * (1.0 - limits.share) {
             Doubt::Ambiguous(estimate.clusters, estimate.share)
         } else if deviation > lenient * limits.deviation || turn > lenient * limits.heading_deviation {
             Doubt::Wide(deviation, turn)
-        } else if self.unconfirmed > 0.0 {
-            Doubt::Unconfirmed(self.unconfirmed)
+        } else if self.is_found && (rivals() > 0 || self.places.is_cut()) {
+            Doubt::Rivalled(rivals())
         } else {
             return State::Sure;
         };
         State::Unsure(doubt)
     }
+}
+
+/// How far the end of a beam that agrees may be from an obstacle, in cells.
+fn tolerance(settings: &Settings, field: &Field) -> f32 {
+    (settings.limits.tolerance / field.geometry().resolution()) as f32
 }

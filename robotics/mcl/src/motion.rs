@@ -34,7 +34,7 @@ impl Default for MotionNoise {
 
 /// A motion of the base, as the odometry measured it, and its errors. The unit of length is that of the caller.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
+pub(crate) struct OdometryMotion {
     direction: f32,
     way: f32,
     turn: f32,
@@ -45,10 +45,10 @@ pub(crate) struct Motion {
 
 impl MotionNoise {
     /// The motion `delta` in the frame of the base before it, in metres, with lengths in cells of `cell` m.
-    pub(crate) fn motion(&self, delta: &Pose2D, cell: f64) -> Motion {
+    pub(crate) fn motion(&self, delta: &Pose2D, cell: f64) -> OdometryMotion {
         let (way, turn) = (libm::hypot(delta.x, delta.y), delta.theta.abs());
         let heading = libm::hypot(self.turn_by_turn * turn, self.turn_by_way * way);
-        Motion {
+        OdometryMotion {
             direction: libm::atan2(delta.y, delta.x) as f32,
             way: (way / cell) as f32,
             turn: delta.theta as f32,
@@ -58,7 +58,7 @@ impl MotionNoise {
     }
 }
 
-impl Motion {
+impl OdometryMotion {
     /// Returns a sample of the pose after the motion.
     pub(crate) fn sample(&self, [x, y, heading]: [f32; 3], random: &mut fastrand::Rng) -> [f32; 3] {
         let ([first, second], [along, _]) = (normals(random), normals(random));

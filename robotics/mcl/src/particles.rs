@@ -6,7 +6,7 @@ use jde_types::{Pose2D, normalize_angle};
 use crate::beams::Beams;
 use crate::bins::{Bins, bound};
 use crate::field::Field;
-use crate::motion::Motion;
+use crate::motion::OdometryMotion;
 use crate::sensor::Likelihoods;
 
 /// What the heaviest cluster of particles says.
@@ -134,7 +134,7 @@ impl Particles {
     }
 
     /// Moves those from `first` on, each by a sample of the motion.
-    pub(crate) fn predict(&mut self, first: usize, motion: &Motion, random: &mut fastrand::Rng) {
+    pub(crate) fn predict(&mut self, first: usize, motion: &OdometryMotion, random: &mut fastrand::Rng) {
         for index in first..self.len() {
             let [x, y, heading] = motion.sample(self.pose(index), random);
             self.x[index] = x;

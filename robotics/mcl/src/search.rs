@@ -18,6 +18,11 @@ pub(crate) const BEAMS: usize = 30;
 const SPACING: f64 = 0.2;
 /// The standard deviation of the ends of beams, m: poses lie this far from the true one.
 const DEVIATION: f64 = 0.2;
+/// The beams of a scan that are kept for what is done with the places.
+const KEPT_BEAMS: usize = 60;
+
+/// How many poses are kept. Many are of one place.
+const KEPT: usize = 4000;
 
 /// A pose in cells, and how well the scan fits.
 #[derive(Clone, Copy, Debug)]
@@ -37,26 +42,30 @@ pub(crate) enum Region {
 
 /// A search under way, or the memory for one.
 #[derive(Clone, Debug)]
-pub(crate) struct Search {
+pub(crate) struct PoseSearch {
     region: Region,
     /// The pose of the odometry at the scan.
     odometry: Pose2D,
     /// The ends of the beams in cells, for each heading.
     ends: Vec<[(f32, f32); BEAMS]>,
     beams: Beams,
+    /// More beams of the same scan.
+    scan: Beams,
     scores: [f32; 256],
     place: u32,
     places: u32,
     spacing: f32,
+    /// Whether the places are as near to each other as they should.
+    is_dense: bool,
     /// The best so far, and others.
     candidates: Vec<Candidate>,
-    keep: usize,
+    /// Whether others were left out.
+    is_cut: bool,
 }
 
-impl Search {
-    /// Returns room for a search that keeps `keep` poses, on a map with cells of `cell` m.
-    pub(crate) fn new(keep: usize, cell: f64) -> Self {
-        let keep = keep.max(1);
+impl PoseSearch {
+    /// Returns room for a search on a map with cells of `cell` m.
+    pub(crate) fn new(cell: f64) -> Self {
         let mut scores = [0.0; 256];
         let sensor = Sensor {
             model: Model::LikelihoodField,
@@ -72,12 +81,14 @@ impl Search {
             odometry: Pose2D::ORIGIN,
             ends: vec![[(0.0, 0.0); BEAMS]; TURNS],
             beams: Beams::new(BEAMS),
+            scan: Beams::new(KEPT_BEAMS),
             scores,
             place: 0,
             places: 0,
             spacing: 0.0,
-            candidates: Vec::with_capacity(2 * keep),
-            keep,
+            is_dense: false,
+            candidates: Vec::with_capacity(2 * KEPT),
+            is_cut: false,
         }
     }
 
@@ -92,6 +103,7 @@ impl Search {
     ) {
         let cell = field.geometry().resolution();
         self.beams.thin(beams);
+        self.scan.thin(beams);
         for (turn, ends) in self.ends.iter_mut().enumerate() {
             let (sin, cos) = libm::sincosf(turn as f32 * TAU / TURNS as f32);
             let scale = 1.0 / cell as f32;
@@ -111,13 +123,40 @@ impl Search {
             .max(1.0);
         (self.place, self.places) = (0, places as u32);
         self.spacing = libm::sqrt(area / places) as f32;
+        self.is_dense = self.spacing <= spacing as f32;
         self.candidates.clear();
+        self.is_cut = false;
         (self.region, self.odometry) = (region, odometry);
     }
 
     /// How far it is, from 0 to 1.
     pub(crate) fn done(&self) -> f64 {
         f64::from(self.place) / f64::from(self.places.max(1))
+    }
+
+    /// Where it looks.
+    pub(crate) const fn region(&self) -> Region {
+        self.region
+    }
+
+    /// Whether it looked everywhere, as closely as it should: what it did not find is not there.
+    pub(crate) fn is_of_all(&self) -> bool {
+        self.is_dense && self.region == Region::Everywhere
+    }
+
+    /// Whether it left out poses that are worse than those that it kept.
+    pub(crate) const fn is_cut(&self) -> bool {
+        self.is_cut
+    }
+
+    /// Its scan.
+    pub(crate) const fn scan(&self) -> &Beams {
+        &self.scan
+    }
+
+    /// The distance of the places, in cells.
+    pub(crate) const fn spacing(&self) -> f32 {
+        self.spacing
     }
 
     /// The pose of the odometry at its scan.
@@ -176,20 +215,29 @@ impl Search {
     }
 
     fn keep_best(&mut self) {
-        if self.candidates.len() > self.keep {
+        if self.candidates.len() > KEPT {
             let better = |a: &Candidate, b: &Candidate| b.score.total_cmp(&a.score);
-            self.candidates.select_nth_unstable_by(self.keep, better);
-            self.candidates.truncate(self.keep);
+            self.candidates.select_nth_unstable_by(KEPT, better);
+            self.candidates.truncate(KEPT);
+            self.is_cut = true;
         }
     }
 
-    /// Calls `take` for the best poses, each moved at random by the distance between two; at most `most`.
-    pub(crate) fn best(&mut self, most: usize, random: &mut fastrand::Rng, mut take: impl FnMut([f32; 3])) {
+    /// Sorts the best poses, the best first.
+    pub(crate) fn sort(&mut self) {
         self.keep_best();
         let better = |a: &Candidate, b: &Candidate| b.score.total_cmp(&a.score);
         self.candidates.sort_unstable_by(better);
-        for &Candidate { pose, .. } in self.candidates.iter().take(most) {
-            let [x, y, heading] = pose;
+    }
+
+    /// The poses in cells.
+    pub(crate) fn candidates(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        self.candidates.iter().map(|candidate| candidate.pose)
+    }
+
+    /// Calls `take` for the poses, each moved at random by the distance between two; at most `most`.
+    pub(crate) fn best(&self, most: usize, random: &mut fastrand::Rng, mut take: impl FnMut([f32; 3])) {
+        for [x, y, heading] in self.candidates().take(most) {
             let half = self.spacing / 2.0;
             let turn = TAU / TURNS as f32 / 2.0;
             take([
@@ -233,11 +281,11 @@ mod tests {
         }
         scan.state_last_angle();
         let mut beams = Beams::new(60);
-        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        beams.update(&scan, |_| Pose2D::ORIGIN).expect("all hit");
         let find = |region, step| {
             let mut random = fastrand::Rng::with_seed(3);
             // Cells of 1 m.
-            let mut search = Search::new(50, 1.0);
+            let mut search = PoseSearch::new(1.0);
             search.begin(&field, region, &beams, Pose2D::ORIGIN, 200_000);
             let mut calls = 1;
             while !search.advance(&field, step, &mut random) {
@@ -245,6 +293,7 @@ mod tests {
                 calls += 1;
             }
             let mut best = Vec::new();
+            search.sort();
             search.best(20, &mut random, |pose| best.push(pose));
             (best, calls)
         };

@@ -74,6 +74,11 @@ impl Likelihoods {
         }
     }
 
+    /// The side of a cell, m.
+    pub(crate) const fn cell(&self) -> f32 {
+        self.cell as f32
+    }
+
     /// Whether they are of this sensor.
     pub(crate) fn is_of(&self, sensor: &Sensor) -> bool {
         self.sensor == *sensor
@@ -86,25 +91,16 @@ impl Likelihoods {
         if !field.is_free(x, y) {
             return share * beams_of.len() as f32 * self.by_parts[255];
         }
-        let scale = 1.0 / self.cell as f32;
-        let (sin, cos) = libm::sincosf(heading);
-        let (along, across) = (cos * scale, sin * scale);
-        let at = |(ahead, left): (f32, f32)| {
-            (
-                x + along * ahead - across * left,
-                y + across * ahead + along * left,
-            )
-        };
         let sum: f32 = match self.sensor.model {
-            Model::LikelihoodField => beams_of
-                .iter()
-                .map(|beam| {
-                    let (x, y) = at(beam.end);
-                    self.by_parts[field.parts(x, y) as usize]
-                })
-                .sum(),
+            Model::LikelihoodField => self.of_ends(field, beams, [x, y, heading]),
             Model::Beam => {
-                let from = at(beams.mount());
+                let scale = 1.0 / self.cell as f32;
+                let (sin, cos) = libm::sincosf(heading);
+                let (ahead, left) = beams.mount();
+                let from = (
+                    x + scale * (cos * ahead - sin * left),
+                    y + scale * (sin * ahead + cos * left),
+                );
                 let one = |beam: &Beam| {
                     let (ahead, left) = beam.direction;
                     let direction = (cos * ahead - sin * left, sin * ahead + cos * left);
@@ -123,30 +119,22 @@ impl Likelihoods {
         };
         share * sum
     }
-}
 
-/// The share of the beams that end within `tolerance` cells of an obstacle, and before which the map has none, for a
-/// pose in cells.
-pub(crate) fn agreement(
-    field: &Field,
-    beams: &Beams,
-    [x, y, heading]: [f32; 3],
-    (tolerance, cell): (f32, f32),
-) -> f32 {
-    if !field.is_free(x, y) {
-        return 0.0;
+    /// The sum of the logarithms of the likelihoods of the beams by their ends.
+    pub(crate) fn of_ends(&self, field: &Field, beams: &Beams, [x, y, heading]: [f32; 3]) -> f32 {
+        let scale = 1.0 / self.cell as f32;
+        let (sin, cos) = libm::sincosf(heading);
+        let (along, across) = (cos * scale, sin * scale);
+        let ends = beams.as_slice().iter().map(|beam| {
+            let (ahead, left) = beam.end;
+            let (x, y) = (
+                x + along * ahead - across * left,
+                y + across * ahead + along * left,
+            );
+            self.by_parts[field.parts(x, y) as usize]
+        });
+        ends.sum()
     }
-    let (sin, cos) = libm::sincosf(heading);
-    let turn = |(ahead, left): (f32, f32)| (cos * ahead - sin * left, sin * ahead + cos * left);
-    let mount = turn(beams.mount());
-    let from = (x + mount.0 / cell, y + mount.1 / cell);
-    let agree = beams.as_slice().iter().filter(|beam| {
-        let end = turn(beam.end);
-        let length = (beam.range / cell - tolerance).max(0.0);
-        field.distance(x + end.0 / cell, y + end.1 / cell) <= tolerance
-            && field.cast(from, turn(beam.direction), length) >= length
-    });
-    agree.count() as f32 / beams.as_slice().len().max(1) as f32
 }
 
 #[cfg(test)]
@@ -155,6 +143,7 @@ mod tests {
 
     use super::*;
     use crate::field::tests::map;
+    use crate::fit::Comparison;
 
     const CELL: f64 = 0.1;
 
@@ -185,11 +174,22 @@ mod tests {
         }
         scan.state_last_angle();
         let mut beams = Beams::new(36);
-        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        beams.update(&scan, |_| Pose2D::ORIGIN).expect("all hit");
         beams
     }
 
     const TRUE: [f32; 3] = [4.5, 2.5, 0.3];
+
+    fn agreement(field: &Field, beams: &Beams, pose: [f32; 3], (tolerance, cell): (f32, f64)) -> f32 {
+        let likelihoods = Likelihoods::new(Sensor::default(), cell);
+        let scan = Comparison {
+            field,
+            likelihoods: &likelihoods,
+            beams,
+            tolerance,
+        };
+        scan.fit(pose).agreeing
+    }
 
     #[test]
     fn by_either_model_the_true_pose_is_the_likeliest() {
@@ -235,7 +235,7 @@ mod tests {
         (0..12).for_each(|_| scan.ranges.push(1.62).expect("few beams"));
         scan.state_last_angle();
         let mut beams = Beams::new(12);
-        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        beams.update(&scan, |_| Pose2D::ORIGIN).expect("all hit");
         let pose = [5.0, 1.5, 0.0];
         let of = |model| {
             let sensor = Sensor {
@@ -245,9 +245,9 @@ mod tests {
             Likelihoods::new(sensor, CELL).of_scan(&field, &beams, pose)
         };
         assert!(of(Model::LikelihoodField) > -1.0 && of(Model::Beam) < -20.0);
-        assert_eq!(agreement(&field, &beams, pose, (2.5, CELL as f32)), 0.0);
+        assert_eq!(agreement(&field, &beams, pose, (2.5, CELL)), 0.0);
         assert_eq!(
-            agreement(&field, &beams, [12.0, 1.5, 0.0], (2.5, CELL as f32)),
+            agreement(&field, &beams, [12.0, 1.5, 0.0], (2.5, CELL)),
             0.0,
             "behind the end"
         );
@@ -257,7 +257,7 @@ mod tests {
     fn beams_agree_within_the_tolerance_and_none_outside_free_cells() {
         let field = field();
         let beams = beams(&field, TRUE);
-        let at = |pose| agreement(&field, &beams, pose, (2.5, CELL as f32));
+        let at = |pose| agreement(&field, &beams, pose, (2.5, CELL));
         let [x, y, heading] = TRUE;
         assert_eq!(at(TRUE), 1.0);
         assert!(at([x + 0.5, y, heading]) > 0.9);
@@ -282,7 +282,7 @@ mod tests {
         (0..12).for_each(|_| scan.ranges.push(0.1).expect("few beams"));
         scan.state_last_angle();
         let mut beams = Beams::new(12);
-        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        beams.update(&scan, |_| Pose2D::ORIGIN).expect("all hit");
         let pose = [5.0, 5.0, 0.0];
         assert_eq!(agreement(&field, &beams, pose, (50.0, 0.005)), 0.0);
         let sensor = Sensor::default();

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use jde_motion::{Limits, Maneuver, Outline};
+use jde_motion::{BaseDynamics, Maneuver, Outline};
 use jde_types::{Footprint, Point2D, Seq, Twist};
 
 const CALLS: u32 = 20_000;
@@ -18,13 +18,16 @@ fn main() {
     };
     let maneuver = Maneuver {
         velocity: Twist::planar(0.5, 0.3),
+        lead: Twist::ZERO,
+        wait: 0.0,
         command: Twist::planar(0.5, 0.3),
         hold: 0.2,
-        limits: Limits {
+        dynamics: BaseDynamics {
             acceleration: 0.5,
             deceleration: 0.5,
             turn_acceleration: 2.0,
             turn_deceleration: 2.0,
+            lag: 0.0,
         },
     };
     for (shape, footprint) in [("circle", Footprint::circle(0.25)), ("rectangle", rectangle)] {

@@ -3,6 +3,8 @@
 
 use jde_types::{LaserScan, Point2D, Pose2D, Unmeasured};
 
+use crate::history::end;
+
 /// The points of one scan; it keeps its memory from one scan to the next.
 #[derive(Clone, Debug, Default)]
 pub struct ScanPoints {
@@ -10,21 +12,20 @@ pub struct ScanPoints {
 }
 
 impl ScanPoints {
-    /// Replaces the points by those of `scan`, for a scanner mounted at `mount` on the base.
+    /// Replaces the points by those of `scan`, of a laser that was at `laser` at each beam.
     ///
     /// # Errors
-    /// As [`LaserScan::measured`], or if the mount is not finite. Then there are none.
-    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Unmeasured> {
+    /// As [`LaserScan::measured`], or if a pose of the laser is not finite. Then there are none.
+    pub fn update(&mut self, scan: &LaserScan, laser: impl Fn(usize) -> Pose2D) -> Result<(), Unmeasured> {
         self.points.clear();
         scan.measured()?;
-        if !mount.is_finite() {
+        let points = scan.points();
+        self.points
+            .extend(points.map(|point| end(&laser(point.beam), point.angle, point.range)));
+        if !(self.points.iter()).all(|point| point.x.is_finite() && point.y.is_finite()) {
+            self.points.clear();
             return Err(Unmeasured::NotFinite);
         }
-        let (sin, cos) = mount.theta.sin_cos();
-        self.points.extend(scan.points().map(|point| Point2D {
-            x: mount.x + cos * point.x - sin * point.y,
-            y: mount.y + sin * point.x + cos * point.y,
-        }));
         Ok(())
     }
 
@@ -57,7 +58,7 @@ mod tests {
     fn points_are_in_the_frame_of_the_base() {
         let mut scan_points = ScanPoints::default();
         scan_points
-            .update(&scan(&[1.0, 2.0]), &Pose2D::new(0.2, 0.1, FRAC_PI_2))
+            .update(&scan(&[1.0, 2.0]), |_| Pose2D::new(0.2, 0.1, FRAC_PI_2))
             .expect("it measures");
         let [ahead, left] = scan_points.as_slice() else {
             panic!("two points")
@@ -71,7 +72,7 @@ mod tests {
         let mut scan_points = ScanPoints::default();
         let ranges = [f32::NEG_INFINITY, f32::INFINITY, f32::NAN];
         scan_points
-            .update(&scan(&ranges), &Pose2D::ORIGIN)
+            .update(&scan(&ranges), |_| Pose2D::ORIGIN)
             .expect("it measures");
         assert_eq!(scan_points.as_slice().len(), 1);
         assert!((scan_points.as_slice()[0].x - 0.1).abs() < 1e-6);
@@ -81,23 +82,23 @@ mod tests {
     fn a_scan_without_a_measurement_is_blind_and_keeps_no_old_points() {
         let mut scan_points = ScanPoints::default();
         scan_points
-            .update(&scan(&[1.0]), &Pose2D::ORIGIN)
+            .update(&scan(&[1.0]), |_| Pose2D::ORIGIN)
             .expect("it measures");
         assert_eq!(
-            scan_points.update(&scan(&[]), &Pose2D::ORIGIN),
+            scan_points.update(&scan(&[]), |_| Pose2D::ORIGIN),
             Err(Unmeasured::Nothing)
         );
         assert!(scan_points.as_slice().is_empty());
         assert_eq!(
-            scan_points.update(&scan(&[f32::NAN; 3]), &Pose2D::ORIGIN),
+            scan_points.update(&scan(&[f32::NAN; 3]), |_| Pose2D::ORIGIN),
             Err(Unmeasured::Nothing)
         );
         assert_eq!(
-            scan_points.update(&scan(&[1.0]), &Pose2D::new(f64::NAN, 0.0, 0.0)),
+            scan_points.update(&scan(&[1.0]), |_| Pose2D::new(f64::NAN, 0.0, 0.0)),
             Err(Unmeasured::NotFinite)
         );
         assert_eq!(
-            scan_points.update(&scan(&[f32::INFINITY]), &Pose2D::ORIGIN),
+            scan_points.update(&scan(&[f32::INFINITY]), |_| Pose2D::ORIGIN),
             Ok(())
         );
     }

@@ -6,7 +6,7 @@ use core::time::Duration;
 use jde_types::{Footprint, Point2D, Seq, Twist, Value, Vector3};
 
 use crate::stopping::is_still;
-use crate::{Limits, Maneuver, Outline, Stopping};
+use crate::{BaseDynamics, Maneuver, Outline, Stopping};
 
 /// The most points of [`Surroundings`]: those of a scan, and the boundary of what is known.
 pub const MAX_POINTS: usize = 2048;
@@ -18,6 +18,8 @@ pub const MAX_POINTS: usize = 2048;
 pub struct Surroundings {
     /// The present velocity of the base.
     pub velocity: Twist,
+    /// What the velocity lacks of the one that a lagging base strives for.
+    pub lead: Twist,
     /// The outline of the robot.
     pub footprint: Footprint,
     /// How long a command is in force before the next judgement of it takes effect.
@@ -28,18 +30,8 @@ pub struct Surroundings {
     /// The distance to keep.
     #[value(unit = "m")]
     pub margin: f64,
-    /// Greatest growth of the speed.
-    #[value(unit = "m/s2")]
-    pub acceleration: f64,
-    /// Greatest decline of the speed.
-    #[value(unit = "m/s2")]
-    pub deceleration: f64,
-    /// Greatest growth of the turn rate.
-    #[value(unit = "rad/s2")]
-    pub turn_acceleration: f64,
-    /// Greatest decline of the turn rate.
-    #[value(unit = "rad/s2")]
-    pub turn_deceleration: f64,
+    /// How the base follows its commands.
+    pub dynamics: BaseDynamics,
     /// What the laser sees or has seen, and the boundary of what it has never seen.
     pub points: Seq<Point2D, MAX_POINTS>,
 }
@@ -47,7 +39,11 @@ pub struct Surroundings {
 impl Surroundings {
     /// Judges a command: the robot must be able to follow it for the time of reaction and then stop, without
     /// coming nearer to a point than the margin. A robot that is nearer already may move as long as it comes no
-    /// nearer. To stand is accepted always: nothing stops the robot sooner.
+    /// nearer than it does if it stands. To stand is accepted always: nothing stops the robot sooner.
+    ///
+    /// Which commands the base got since the time of the surroundings is unknown. Two cases are tried, and both must be
+    /// free: that it strove for the same as at that time until now, and that it followed the command all the time. What
+    /// is between them, or another command meanwhile, is not tried.
     ///
     /// # Errors
     /// What is in the way.
@@ -56,29 +52,34 @@ impl Surroundings {
             return Ok(());
         }
         let outline = Outline::try_from(&self.footprint).map_err(|error| error.to_string())?;
-        let maneuver = Maneuver {
-            velocity: self.velocity,
-            command: *command,
-            hold: self.reaction + age.as_secs_f64(),
-            limits: Limits {
-                acceleration: self.acceleration,
-                deceleration: self.deceleration,
-                turn_acceleration: self.turn_acceleration,
-                turn_deceleration: self.turn_deceleration,
-            },
-        };
-        let points = self.points.as_slice();
-        match maneuver.stopping(&outline, points, self.margin) {
-            Stopping::Free => Ok(()),
-            Stopping::Touches { .. } if maneuver.keeps_clear(&outline, points) => Ok(()),
-            Stopping::Touches { after, point } => Err(format!(
-                "within {after:.1} s and the stop it would touch what is {:.2} m ahead and {:.2} m left",
-                point.x, point.y
-            )),
-            Stopping::Unknown => Err(String::from(
-                "a velocity or a limit is not a finite number, or the stop takes too long",
-            )),
+        let (age, points) = (age.as_secs_f64(), self.points.as_slice());
+        let waits: &[f64] = if age > 0.0 { &[0.0, age] } else { &[0.0] };
+        for &wait in waits {
+            let maneuver = Maneuver {
+                velocity: self.velocity,
+                lead: self.lead,
+                wait,
+                command: *command,
+                hold: self.reaction + age - wait,
+                dynamics: self.dynamics,
+            };
+            match maneuver.stopping(&outline, points, self.margin) {
+                Stopping::Free => {}
+                Stopping::Touches { .. } if maneuver.keeps_clear(&outline, points) => {}
+                Stopping::Touches { after, point } => {
+                    return Err(format!(
+                        "within {after:.1} s and the stop it would touch what is {:.2} m ahead and {:.2} m left",
+                        point.x, point.y
+                    ));
+                }
+                Stopping::Unknown => {
+                    return Err(String::from(
+                        "a velocity or a limit is not a finite number, or the stop takes too long",
+                    ));
+                }
+            }
         }
+        Ok(())
     }
 
     /// Returns the greatest part of a command that it accepts, on the same curve; `None` if the command would lose

@@ -1,4 +1,4 @@
-//! The motion of a base in the plane: exact arcs, and velocities that follow a command within limits.
+//! The motion of a base in the plane: exact arcs, and velocities that follow a command.
 //!
 //! Only the velocity ahead, the velocity to the left and the turn rate of a twist count.
 
@@ -6,21 +6,11 @@ use core::f64::consts::FRAC_PI_2;
 
 use jde_types::{Odometry, Pose2D, Twist};
 
-/// The most time between a picture and the odometry that the velocity bridges, s.
-const BRIDGED: f64 = 0.5;
+use crate::BaseDynamics;
 
-/// How fast a base can change its velocity. Each number must be above 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Greatest growth of a speed, m/s².
-    pub acceleration: f64,
-    /// Greatest decline of a speed, m/s².
-    pub deceleration: f64,
-    /// Greatest growth of the turn rate, rad/s².
-    pub turn_acceleration: f64,
-    /// Greatest decline of the turn rate, rad/s².
-    pub turn_deceleration: f64,
-}
+/// A lagging speed ends where so little way is left, m or rad: far below what a sensor measures. Without an end the
+/// base would never stand.
+const MIN_REST: f64 = 1e-4;
 
 /// Where a base is and how it moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,32 +19,61 @@ pub struct Travel {
     pub pose: Pose2D,
     /// The velocity, in the frame of the base.
     pub velocity: Twist,
+    /// What the velocity lacks of the one that a lagging base strives for.
+    pub lead: Twist,
 }
 
 impl Travel {
-    /// Returns the travel after `step` s, while the velocity approaches `command` as fast as the limits
-    /// permit.
+    /// Returns the travel after `step` s, while the base strives for `command` as its dynamics permit.
     ///
-    /// The pose follows the arc of the mean velocity. Its heading is exact; its position is exact for a
+    /// The pose follows the arc of the mean velocity. Its heading is exact without a lag; its position is exact for a
     /// constant velocity, and has an error of third order in `step` otherwise.
     #[must_use]
-    pub fn after(&self, step: f64, command: &Twist, limits: &Limits) -> Self {
-        let (linear, angular) = (self.velocity.linear, self.velocity.angular);
-        let (up, down) = (limits.acceleration * step, limits.deceleration * step);
-        let (turn_up, turn_down) = (limits.turn_acceleration * step, limits.turn_deceleration * step);
-        let mut next = Twist::planar(
-            approach(linear.x, command.linear.x, up, down),
-            approach(angular.z, command.angular.z, turn_up, turn_down),
+    pub fn after(&self, step: f64, command: &Twist, dynamics: &BaseDynamics) -> Self {
+        let (up, down) = (dynamics.acceleration * step, dynamics.deceleration * step);
+        let (turn_up, turn_down) = (
+            dynamics.turn_acceleration * step,
+            dynamics.turn_deceleration * step,
         );
-        next.linear.y = approach(linear.y, command.linear.y, up, down);
-        let mut mean = Twist::planar(
-            f64::midpoint(linear.x, next.linear.x),
-            f64::midpoint(angular.z, next.angular.z),
+        let kept = if dynamics.lag > 0.0 {
+            (-step / dynamics.lag).exp()
+        } else {
+            0.0
+        };
+        // The velocity after the step, and what it lacks.
+        let follow = |now: f64, lead: f64, goal: f64, (up, down): (f64, f64)| {
+            if dynamics.lag == 0.0 {
+                return (approach(now, goal, up, down), 0.0);
+            }
+            let target = now + lead;
+            let next = approach(target, goal, up, down);
+            let mean = f64::midpoint(target, next);
+            let follows = mean + (now - mean) * kept;
+            let lead = next - follows;
+            if lead.abs() * dynamics.lag < MIN_REST {
+                (next, 0.0)
+            } else {
+                (follows, lead)
+            }
+        };
+        let (linear, angular, lead) = (self.velocity.linear, self.velocity.angular, self.lead);
+        let ahead = follow(linear.x, lead.linear.x, command.linear.x, (up, down));
+        let left = follow(linear.y, lead.linear.y, command.linear.y, (up, down));
+        let turn = follow(angular.z, lead.angular.z, command.angular.z, (turn_up, turn_down));
+        let twist = |ahead: f64, left: f64, turn: f64| {
+            let mut twist = Twist::planar(ahead, turn);
+            twist.linear.y = left;
+            twist
+        };
+        let mean = twist(
+            f64::midpoint(linear.x, ahead.0),
+            f64::midpoint(linear.y, left.0),
+            f64::midpoint(angular.z, turn.0),
         );
-        mean.linear.y = f64::midpoint(linear.y, next.linear.y);
         Self {
             pose: self.pose.transform(&arc(&mean, step)),
-            velocity: next,
+            velocity: twist(ahead.0, left.0, turn.0),
+            lead: twist(ahead.1, left.1, turn.1),
         }
     }
 }
@@ -82,22 +101,6 @@ pub fn jumped(from: &Pose2D, to: &Pose2D) -> String {
         "the odometry jumped by {way:.2} m and {:.0} degrees",
         turn.to_degrees()
     )
-}
-
-/// Checks that the velocity bridges the time of `since` s from the odometry to what a sensor sees, its "pictures" or
-/// "scans": 0.5 s at most. Where the base was earlier is not known.
-///
-/// # Errors
-/// What is said of them.
-pub fn check_time(what: &str, since: f64) -> Result<(), String> {
-    if since.abs() <= BRIDGED {
-        return Ok(());
-    }
-    let older = if since < 0.0 { "older" } else { "newer" };
-    Err(format!(
-        "the {what} are {:.1} s {older} than the odometry",
-        since.abs()
-    ))
 }
 
 /// Returns the pose after `time` s at the constant velocity `twist`, from the origin: the exponential map of
@@ -141,11 +144,12 @@ mod tests {
 
     use super::*;
 
-    const LIMITS: Limits = Limits {
+    const DYNAMICS: BaseDynamics = BaseDynamics {
         acceleration: 0.5,
         deceleration: 1.0,
         turn_acceleration: 2.0,
         turn_deceleration: 4.0,
+        lag: 0.0,
     };
 
     #[test]
@@ -162,8 +166,36 @@ mod tests {
             ..Travel::default()
         };
         let back = Twist::planar(-0.5, 0.0);
-        assert_eq!(travel.after(0.5, &back, &LIMITS).velocity.linear.x, 0.0);
-        assert!((travel.after(0.1, &back, &LIMITS).velocity.linear.x - 0.2).abs() < 1e-12);
+        assert_eq!(travel.after(0.5, &back, &DYNAMICS).velocity.linear.x, 0.0);
+        assert!((travel.after(0.1, &back, &DYNAMICS).velocity.linear.x - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_lagging_base_follows_as_a_first_order_system_and_comes_to_rest() {
+        let quick = BaseDynamics {
+            acceleration: 1e6,
+            deceleration: 1e6,
+            lag: 0.2,
+            ..DYNAMICS
+        };
+        let mut travel = Travel {
+            velocity: Twist::planar(1.0, 0.0),
+            ..Travel::default()
+        };
+        // The limits are passed within the first step, of which half counts.
+        travel = travel.after(1e-6, &Twist::ZERO, &quick);
+        for _ in 0..10 {
+            travel = travel.after(0.02, &Twist::ZERO, &quick);
+        }
+        assert!(
+            (travel.velocity.linear.x - (-1.0_f64).exp()).abs() < 1e-4,
+            "{travel:?}"
+        );
+        for _ in 0..100 {
+            travel = travel.after(0.02, &Twist::ZERO, &quick);
+        }
+        assert_eq!((travel.velocity, travel.lead), (Twist::ZERO, Twist::ZERO));
+        assert!((travel.pose.x - 0.2).abs() < 2e-3, "{travel:?}");
     }
 
     #[test]
@@ -210,7 +242,7 @@ mod tests {
             let command = Twist::planar(goal, 0.0);
             let (low, high) = (f64::min(now, goal), f64::max(now, goal));
             for _ in 0..300 {
-                travel = travel.after(0.02, &command, &LIMITS);
+                travel = travel.after(0.02, &command, &DYNAMICS);
                 prop_assert!((low..=high).contains(&travel.velocity.linear.x));
             }
             prop_assert_eq!(travel.velocity.linear.x, goal);

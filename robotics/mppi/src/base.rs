@@ -21,6 +21,9 @@ pub struct Base {
     pub acceleration: f32,
     /// Greatest change of the turn rate, rad/s².
     pub turn_acceleration: f32,
+    /// Time constant by which the velocity follows what the limits permit, as a first-order system, s; 0 if it follows
+    /// at once.
+    pub lag: f32,
 }
 
 /// Where a base is and how it moves.
@@ -30,6 +33,8 @@ pub struct Motion {
     pub pose: [f32; 3],
     /// Velocity in the frame of the base.
     pub velocity: Command,
+    /// What the velocity lacks of the one that a lagging base strives for.
+    pub lead: Command,
 }
 
 /// A disc of the robot, in the frame of the base. Together the discs cover its footprint.
@@ -51,6 +56,8 @@ pub(crate) struct Lanes {
     pub(crate) cos: f32x8,
     pub(crate) sin: f32x8,
     pub(crate) velocity: [f32x8; 3],
+    /// What the base strives for.
+    pub(crate) target: [f32x8; 3],
 }
 
 impl Lanes {
@@ -63,6 +70,7 @@ impl Lanes {
             cos: f32x8::splat(cos),
             sin: f32x8::splat(sin),
             velocity: motion.velocity.map(f32x8::splat),
+            target: core::array::from_fn(|part| f32x8::splat(motion.velocity[part] + motion.lead[part])),
         }
     }
 }
@@ -91,13 +99,18 @@ impl Base {
         }
     }
 
-    /// Moves on for `step` s, in which each velocity approaches its command within the limits. The position
-    /// follows the chord of the mean heading, with an error of third order in the angle of the step.
+    /// Moves on for `step` s, in which what the base strives for approaches the command within the limits, and the
+    /// velocity follows by the lag. The position follows the chord of the mean heading, with an error of third order in
+    /// the angle of the step.
     pub(crate) fn advance(&self, lanes: &mut Lanes, command: &[f32x8; 3], step: f32) {
         let limits = [self.acceleration, self.acceleration, self.turn_acceleration].map(|limit| limit * step);
-        for ((velocity, command), limit) in lanes.velocity.iter_mut().zip(command).zip(limits) {
+        for ((target, command), limit) in lanes.target.iter_mut().zip(command).zip(limits) {
             let limit = f32x8::splat(limit);
-            *velocity += (*command - *velocity).fast_max(-limit).fast_min(limit);
+            *target += (*command - *target).fast_max(-limit).fast_min(limit);
+        }
+        let follows = f32x8::splat(self.follows(step));
+        for (velocity, target) in lanes.velocity.iter_mut().zip(&lanes.target) {
+            *velocity += (*target - *velocity) * follows;
         }
         let [ahead, left, turn] = lanes.velocity;
         let turn = self.bend(ahead, turn);
@@ -114,6 +127,15 @@ impl Base {
         lanes.x += (ahead * mean_cos - left * mean_sin) * step;
         lanes.y += (ahead * mean_sin + left * mean_cos) * step;
         (lanes.cos, lanes.sin) = rotate(mean_cos, mean_sin);
+    }
+
+    /// The share of its lack that a velocity makes up for in `step` s.
+    fn follows(&self, step: f32) -> f32 {
+        if self.lag > 0.0 {
+            1.0 - libm::expf(-step / self.lag)
+        } else {
+            1.0
+        }
     }
 
     /// The places that commands lead to, one after each step of `step` s, m.
@@ -143,6 +165,7 @@ mod tests {
         turning_radius: 0.0,
         acceleration: 100.0,
         turn_acceleration: 100.0,
+        lag: 0.0,
     };
 
     fn drive(base: &Base, command: Command, steps: usize) -> (f32, f32, f32) {
@@ -184,6 +207,24 @@ mod tests {
             ..BASE
         };
         assert!((drive(&omnidirectional, [0.0, 9.0, 0.0], 20).1 - 0.3).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_lagging_base_stays_behind_by_its_lag_times_its_speed_and_goes_on_by_as_much() {
+        let lagging = Base { lag: 0.2, ..BASE };
+        // The velocity of a step is that of its end: half a step less.
+        let (x, ..) = drive(&lagging, [1.0, 0.0, 0.0], 40);
+        assert!((x - (2.0 - 0.2 + 0.025)).abs() < 2e-3, "{x}");
+        let moving = Motion {
+            velocity: [1.0, 0.0, 0.0],
+            lead: [-1.0, 0.0, 0.0],
+            ..Motion::default()
+        };
+        let stop = lagging
+            .places(&moving, 0.05, core::iter::repeat_n([0.0; 3], 60))
+            .last();
+        let (x, _) = stop.expect("60 places");
+        assert!((x - (0.2 - 0.025)).abs() < 2e-3, "{x}");
     }
 
     #[test]

@@ -28,7 +28,7 @@ const APART: f64 = 0.5;
 /// stands, m.
 const NOTED: f64 = 0.25;
 const AGES: [f64; 2] = [1.5, 4.0];
-const STANDS: f64 = 0.15;
+const STANDING_SPEED: f64 = 0.15;
 /// From which distance of the nearest person to which the places of everything are noted, m: what is nearer may be a part
 /// of the person.
 const AROUND: [f64; 2] = [0.5, 2.0];
@@ -436,7 +436,8 @@ fn reach(unseen: f64) -> f64 {
 /// Returns whether something has stood at one of these places for long.
 fn has_stood(stood: &[(f64, [f64; 2])], now: f64, places: &[[f64; 2]]) -> bool {
     // Most places are far away, which one difference shows.
-    let is_near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < STANDS && distance(a, b) < STANDS;
+    let is_near =
+        |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < STANDING_SPEED && distance(a, b) < STANDING_SPEED;
     let past = stood.iter().take_while(|(then, _)| now - then >= AGES[0]);
     let mut past = past.map(|(_, place)| *place);
     past.any(|place| places.iter().any(|&own| is_near(own, place)))

@@ -13,8 +13,10 @@ const NEARER: f64 = 0.05;
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// The smallest distance to the target so far, and the time without getting nearer.
-#[derive(Debug, Default)]
-pub(crate) struct Progress {
+#[derive(Debug)]
+pub struct Progress {
+    nearer: f64,
+    pause: Duration,
     target: Option<Pose2D>,
     nearest: f64,
     waited: Duration,
@@ -22,17 +24,38 @@ pub(crate) struct Progress {
 }
 
 /// A target that counts as out of reach.
-pub(crate) struct Stuck {
+#[derive(Debug)]
+pub struct Stuck {
     /// Time without getting nearer.
-    pub(crate) waited: Duration,
+    pub waited: Duration,
     /// The smallest distance, m.
-    pub(crate) nearest: f64,
+    pub nearest: f64,
+}
+
+impl Default for Progress {
+    fn default() -> Self {
+        Self::new(NEARER, PAUSE)
+    }
 }
 
 impl Progress {
+    /// Returns the progress of a drive that has not begun. A distance that is smaller by `nearer` m counts as nearer, and no
+    /// time between two calls that is longer than `pause`.
+    #[must_use]
+    pub const fn new(nearer: f64, pause: Duration) -> Self {
+        Self {
+            nearer,
+            pause,
+            target: None,
+            nearest: 0.0,
+            waited: Duration::ZERO,
+            updated_at: Duration::ZERO,
+        }
+    }
+
     /// Records the distance, m. Once the robot got no nearer for `patience`, returns how long and how
     /// near, and starts again. Always returns `None` if `patience` is zero.
-    pub(crate) fn stuck(
+    pub fn stuck(
         &mut self,
         now: Duration,
         target: &Pose2D,
@@ -41,11 +64,11 @@ impl Progress {
     ) -> Option<Stuck> {
         let since = now.saturating_sub(self.updated_at);
         self.updated_at = now;
-        if self.target != Some(*target) || distance < self.nearest - NEARER {
+        if self.target != Some(*target) || distance < self.nearest - self.nearer {
             (self.target, self.nearest, self.waited) = (Some(*target), distance, Duration::ZERO);
             return None;
         }
-        if since <= PAUSE {
+        if since <= self.pause {
             self.waited += since;
         }
         if patience.is_zero() || self.waited < patience {

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let world = World::load(world_file, 1)?;
     let map = Map::new(&world, cell.parse()?)
-        .ok_or_else(|| format!("{cell} m is no resolution: the map must have 1 to {MOST_CELLS} cells"))?;
+        .ok_or_else(|| format!("{cell} m is not a resolution: the map must have 1 to {MOST_CELLS} cells"))?;
     let height = map.shades.len() / map.width;
     let file = BufWriter::new(File::create(format!("{stem}.png"))?);
     let mut png = png::Encoder::new(file, map.width as u32, height as u32);

@@ -39,6 +39,16 @@ pub struct RobotConfig {
     pub angular_deceleration: f64,
     /// The time constant in seconds by which speeds lag behind what the accelerations allow; 0 for none.
     pub lag: f64,
+    /// A command whose speeds, ahead and to the side, are below this one does not move the base, in m/s, unless it turns
+    /// the base: friction holds it.
+    pub dead_band: f64,
+    /// The same of the turn rate of a command, in rad/s. A car has none.
+    pub turn_dead_band: f64,
+    /// The part of each turn that the wheels lose by skidding, as those of a base with four fixed wheels do. The
+    /// odometry measures the wheels.
+    pub skid: f64,
+    /// The seconds for which the world remembers where the robot was: at least the turn of a [`crate::LaserTurn`].
+    pub trail: f64,
     /// Distance between the wheels in metres. The odometry of a car uses the wheels of its rear axle, that of
     /// an omnidirectional robot two imaginary wheels ahead and one to the side.
     pub track: f64,
@@ -74,6 +84,10 @@ impl Default for RobotConfig {
             angular_acceleration: 100f64.to_radians(),
             angular_deceleration: 100f64.to_radians(),
             lag: 0.0,
+            dead_band: 0.0,
+            turn_dead_band: 0.0,
+            skid: 0.0,
+            trail: 0.0,
             // DiffConvFactor of p3dx.p is 0.0056 rad per mm: the track is twice its inverse.
             track: 2.0 / 5.6,
             // The firmware's ticksmm of a P3-DX.
@@ -91,6 +105,11 @@ impl Default for RobotConfig {
 }
 
 impl RobotConfig {
+    /// Returns the part of a turn of the wheels that the base makes.
+    pub(crate) fn grip(&self) -> f64 {
+        1.0 - self.skid
+    }
+
     /// Checks every number.
     ///
     /// # Errors
@@ -102,6 +121,18 @@ impl RobotConfig {
         self.kinematics.check()?;
         check("lag", self.lag, "0 to 10 s", |value| {
             (0.0..=10.0).contains(&value)
+        })?;
+        check("dead_band", self.dead_band, "0 to 1 m/s", |value| {
+            (0.0..=1.0).contains(&value)
+        })?;
+        check("turn_dead_band", self.turn_dead_band, "0 to 10 rad/s", |value| {
+            (0.0..=10.0).contains(&value)
+        })?;
+        check("skid", self.skid, "0 to 0.9", |value| {
+            (0.0..=0.9).contains(&value)
+        })?;
+        check("trail", self.trail, "0 to 1 s", |value| {
+            (0.0..=1.0).contains(&value)
         })?;
         check(
             "max_linear",

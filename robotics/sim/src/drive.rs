@@ -1,5 +1,5 @@
-//! How a robot turns a command into speeds: its wheels, its limits of speed and acceleration, and the lag of
-//! its motors.
+//! How a robot turns a command into speeds: its wheels, its limits of speed and acceleration, and the lag, the friction
+//! and the skidding of its motors and wheels.
 //!
 //! It depends on no obstacles: `robot` moves the body.
 
@@ -98,23 +98,37 @@ impl Motors {
     pub(crate) fn command(&mut self, config: &RobotConfig, twist: Twist2) {
         let linear = twist.linear.clamp(-config.max_linear, config.max_linear);
         let turn = twist.angular.clamp(-config.max_angular, config.max_angular);
+        let is_held = |speed: f64, band: f64| speed == 0.0 || speed.abs() < band;
+        let is_slow = is_held(linear, config.dead_band);
+        let turns = !is_held(turn, config.turn_dead_band);
         self.command = match config.kinematics {
+            Kinematics::Differential if is_slow && !turns => Twist2::default(),
             Kinematics::Differential => Twist2::new(linear, turn),
-            Kinematics::Omnidirectional { max_lateral, .. } => Twist2 {
-                lateral: twist.lateral.clamp(-max_lateral, max_lateral),
-                ..Twist2::new(linear, turn)
-            },
-            // The curvature stays that of the command.
-            Kinematics::Car { .. } if twist.linear != 0.0 => {
-                Twist2::new(linear, twist.angular / twist.linear * linear)
+            Kinematics::Omnidirectional { max_lateral, .. } => {
+                let lateral = twist.lateral.clamp(-max_lateral, max_lateral);
+                if is_slow && !turns && is_held(lateral, config.dead_band) {
+                    Twist2::default()
+                } else {
+                    Twist2 {
+                        lateral,
+                        ..Twist2::new(linear, turn)
+                    }
+                }
             }
-            Kinematics::Car { .. } => Twist2::default(),
+            Kinematics::Car { .. } if is_slow => Twist2::default(),
+            // The curvature stays that of the command.
+            Kinematics::Car { .. } => Twist2::new(linear, twist.angular / twist.linear * linear),
         };
     }
 
-    /// Returns the twist after `dt` seconds, from the present one. A load of as many kilograms as the robot
+    /// Returns the twist of the base after `dt` seconds, from the present one. A load of as many kilograms as the robot
     /// can push halves the speeds.
-    pub(crate) fn step(&mut self, config: &RobotConfig, now: Twist2, load: f64, dt: f64) -> Twist2 {
+    pub(crate) fn step(&mut self, config: &RobotConfig, base: Twist2, load: f64, dt: f64) -> Twist2 {
+        // The speeds of the motors are those of the wheels, which turn by more than the base when they skid.
+        let now = Twist2 {
+            angular: base.angular / config.grip(),
+            ..base
+        };
         let (command, target) = (self.command, &mut self.target);
         let slowed = 1.0 + load / config.max_push;
         target.linear = approach(
@@ -143,7 +157,10 @@ impl Motors {
             angular: lag(now.angular, target.angular),
         };
         match config.kinematics {
-            Kinematics::Differential | Kinematics::Omnidirectional { .. } => next,
+            Kinematics::Differential | Kinematics::Omnidirectional { .. } => Twist2 {
+                angular: next.angular * config.grip(),
+                ..next
+            },
             Kinematics::Car {
                 wheelbase,
                 max_steering,
@@ -159,9 +176,12 @@ impl Motors {
         }
     }
 
-    /// Continues from a twist that an obstacle has changed.
-    pub(crate) fn resume(&mut self, twist: Twist2) {
-        self.target = twist;
+    /// Continues from a twist of the base that an obstacle has changed.
+    pub(crate) fn resume(&mut self, config: &RobotConfig, twist: Twist2) {
+        self.target = Twist2 {
+            angular: twist.angular / config.grip(),
+            ..twist
+        };
     }
 
     /// Forgets the command, at rest. A car keeps the angle of its wheels.

@@ -23,12 +23,12 @@ const MAX_BYTES: usize = 4096;
 
 /// One change of a world.
 pub struct Edit {
-    pub(crate) action: Action,
+    pub(crate) action: EditAction,
     /// Its table in the text.
     text: String,
 }
 
-pub(crate) enum Action {
+pub(crate) enum EditAction {
     /// Another robot than the own, if it is named.
     Place(Option<String>, Pose2),
     Add(BoxPlan),
@@ -58,7 +58,7 @@ pub struct EditQueue {
 }
 
 impl Edit {
-    pub(crate) fn new(action: Action, text: &str) -> Self {
+    pub(crate) fn new(action: EditAction, text: &str) -> Self {
         let text = text.to_owned();
         Self { action, text }
     }
@@ -73,7 +73,7 @@ impl Edits {
         if text.is_empty() {
             return Ok(Self::default());
         }
-        file::read_edits(text).map_err(WorldError::Faults)
+        Ok(file::read_edits(text)?)
     }
 }
 

@@ -2,23 +2,18 @@
 //!
 //! One type for the whole crate. This module prints nothing.
 
-pub use jde_map_file::Fault;
-
-use std::path::PathBuf;
+pub use jde_document::{Fault, Faults};
 
 use crate::geometry::{Bounds, Pose2, Twist2};
 use crate::head::HeadCommand;
 use crate::shipped::SHIPPED_ROBOTS;
 
-/// Most faults that are told: more than anybody corrects before trying again.
-pub(crate) const MAX_FAULTS: usize = 50;
-
 /// Why a world could not be created, or why it refused a request.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorldError {
-    /// The world's files have faults. All are listed, in the order of the lines.
-    #[error("{}", lines(.0))]
-    Faults(Vec<Fault>),
+    /// The world's files have faults.
+    #[error(transparent)]
+    Faults(#[from] Faults),
     /// A robot that has no start in the world.
     #[error("the world `{world}` has no robot `{robot}`; {}", suggestion(.known, .nearest))]
     UnknownRobot {
@@ -181,7 +176,7 @@ impl WorldError {
     /// Returns the faults of the files; none for a refused request.
     pub fn faults(&self) -> &[Fault] {
         match self {
-            Self::Faults(faults) => faults,
+            Self::Faults(faults) => faults.list(),
             _ => &[],
         }
     }
@@ -203,29 +198,6 @@ pub(crate) fn check(
             expected,
         })
     }
-}
-
-/// Returns the first faults, and one that says how many more there are.
-pub(crate) fn bounded(mut faults: Vec<Fault>) -> Vec<Fault> {
-    let others = faults.len().saturating_sub(MAX_FAULTS);
-    faults.truncate(MAX_FAULTS);
-    if let Some(last) = faults.last().filter(|_| others > 0) {
-        faults.push(more(last.file.clone(), others));
-    }
-    faults
-}
-
-/// Returns the fault that stands for those that are not told.
-pub(crate) fn more(file: PathBuf, others: usize) -> Fault {
-    Fault {
-        file,
-        line: None,
-        message: format!("and {others} more faults; correct these first"),
-    }
-}
-
-fn lines(faults: &[Fault]) -> String {
-    faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n")
 }
 
 fn present(known: &[String], nearest: &Option<String>) -> String {

@@ -47,7 +47,7 @@ pub struct Polygon {
 
 /// The body of a robot at a pose.
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub(crate) struct RobotBody {
     center: Vector,
     /// Of the circle around its centre that contains it, in metres.
     radius: f64,
@@ -106,8 +106,8 @@ impl Footprint {
         }
     }
 
-    pub(crate) fn at(&self, pose: Pose2) -> Body {
-        Body {
+    pub(crate) fn at(&self, pose: Pose2) -> RobotBody {
+        RobotBody {
             center: Vector::new(pose.x, pose.y),
             radius: self.radius(),
             polygon: match self {
@@ -201,7 +201,7 @@ impl Polygon {
     }
 }
 
-impl Body {
+impl RobotBody {
     pub(crate) fn center(&self) -> Vector {
         self.center
     }

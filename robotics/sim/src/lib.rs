@@ -100,7 +100,7 @@
 //!
 //! # Robot files
 //!
-//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have seven, and `docs/robots.md` all
+//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have fifteen, and `docs/robots.md` all
 //! keys.
 
 mod battery;
@@ -134,16 +134,17 @@ mod shipped;
 mod solid;
 mod sweep;
 mod tag;
+mod trail;
 mod world;
 
 pub use battery::{BATTERY_CAPACITY, Battery};
-pub use camera::{CameraConfig, CameraMount};
+pub use camera::{CameraConfig, CameraMount, Lens};
 pub use color::Color;
 pub use config::{OdometryOrigin, RobotConfig};
 pub use drift::Covariance;
 pub use drive::Kinematics;
 pub use edit::{Edit, EditQueue, Edits};
-pub use error::{Fault, WorldError};
+pub use error::{Fault, Faults, WorldError};
 pub use footprint::{Footprint, Polygon};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
 pub use head::{Head, HeadCommand, HeadConfig};
@@ -152,8 +153,8 @@ pub use model::{LaserModel, RobotModel, SampledSensor};
 pub use odometer::{Encoders, Odometry, OdometryCovariance};
 pub use robot::Truth;
 pub use sensor::{
-    BUMPER_HEADINGS, Bumpers, DepthConfig, ImuConfig, ImuReading, LaserConfig, LineSensorConfig,
-    PositionConfig, SonarConfig,
+    BUMPER_HEADINGS, Bumpers, Delivery, DepthConfig, ImuConfig, ImuReading, LaserConfig, LaserTurn,
+    LineSensorConfig, NoReturn, PositionConfig, SonarConfig,
 };
 pub use shape::{Figure, Outline, Shape};
 pub use shipped::SHIPPED_ROBOTS;

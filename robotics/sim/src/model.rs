@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::config::RobotConfig;
 use crate::error::WorldError;
 use crate::file;
-use crate::sensor::{ImuConfig, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig};
+use crate::sensor::{Delivery, ImuConfig, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig};
 use crate::shipped::SHIPPED_ROBOTS;
 
 /// A robot as its file describes it.
@@ -20,6 +20,8 @@ pub struct RobotModel {
     pub doc: String,
     /// Body, motors, wheels and head. Without a head, the head is that of the default.
     pub config: RobotConfig,
+    /// How the measurements of its wheels arrive.
+    pub odometry: Delivery,
     /// Its lasers, in the order of the file. Each has its own noise.
     pub lasers: Vec<LaserModel>,
     /// Its ring of sonars, if it has one.
@@ -47,6 +49,8 @@ pub struct LaserModel {
     pub config: LaserConfig,
     /// The time between two scans; `None` for that of whoever reads it.
     pub period: Option<Duration>,
+    /// How its scans arrive.
+    pub delivery: Delivery,
 }
 
 /// A sensor on a robot that is read at times.
@@ -56,6 +60,8 @@ pub struct SampledSensor<C> {
     pub config: C,
     /// The time between two measurements; `None` for that of whoever reads it.
     pub period: Option<Duration>,
+    /// How its measurements arrive.
+    pub delivery: Delivery,
 }
 
 impl RobotModel {
@@ -89,6 +95,6 @@ impl RobotModel {
     /// # Errors
     /// All faults of the text, each with its line.
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, WorldError> {
-        file::read_robot(text, path.as_ref()).map_err(WorldError::Faults)
+        Ok(file::read_robot(text, path.as_ref())?)
     }
 }

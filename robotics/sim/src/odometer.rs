@@ -90,7 +90,8 @@ impl Odometer {
         }
     }
 
-    /// Measures a true motion of metres ahead and to the left, and of `turn` radians, that took `dt` seconds.
+    /// Measures a true motion of metres ahead and to the left, and of `turn` radians, that took `dt` seconds. What the wheels
+    /// skid counts as rolled, as for any encoder.
     pub(crate) fn roll(
         &mut self,
         config: &RobotConfig,
@@ -100,7 +101,7 @@ impl Odometer {
         noise: &Noise,
     ) {
         let aside = self.lateral.roll(config, left, noise);
-        let side = turn * config.track / 2.0;
+        let side = turn / config.grip() * config.track / 2.0;
         let slip = noise.normals(0);
         let before = self.encoders;
         for (wheel, way) in [distance - side, distance + side].into_iter().enumerate() {

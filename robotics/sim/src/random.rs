@@ -19,6 +19,9 @@ pub(crate) enum Purpose {
     Position = 8,
     Outage = 9,
     Depth = 10,
+    DroppedBeams = 11,
+    Delivery = 12,
+    Picture = 13,
 }
 
 /// The draws of one sensor of one robot at one step of the world.
@@ -55,6 +58,12 @@ impl Noise {
         let radius = (-2.0 * libm::log(first)).sqrt();
         let (sin, cos) = libm::sincos(TAU * second);
         [radius * cos, radius * sin]
+    }
+
+    /// Returns sixteen independent draws from 0 to 255.
+    pub(crate) fn bytes(&self, index: u32) -> [u8; 16] {
+        let bits = self.bits(index).map(u32::to_le_bytes);
+        std::array::from_fn(|byte| bits[byte / 4][byte % 4])
     }
 
     fn bits(&self, index: u32) -> [u32; 4] {

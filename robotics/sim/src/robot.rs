@@ -5,11 +5,12 @@
 use crate::battery::Battery;
 use crate::config::{OdometryOrigin, RobotConfig};
 use crate::drive::{Kinematics, Motors};
-use crate::footprint::Body;
+use crate::footprint::RobotBody;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::{Head, HeadCommand};
 use crate::odometer::Odometer;
 use crate::random::Noise;
+use crate::trail::Trail;
 
 /// A gap at which bodies count as touching, in metres: the travel of a bumper.
 pub(crate) const CONTACT: f64 = 0.001;
@@ -63,6 +64,8 @@ pub(crate) struct SimulatedRobot {
     /// Amperes from the charger that it stands on.
     supply: f64,
     head_command: HeadCommand,
+    /// Where it was at the last steps.
+    trail: Trail,
 }
 
 impl SimulatedRobot {
@@ -83,6 +86,7 @@ impl SimulatedRobot {
             stalled: false,
         };
         let battery = Battery::full(config.battery_capacity);
+        let trail = Trail::new(config.trail);
         let mut robot = Self {
             config,
             truth,
@@ -94,6 +98,7 @@ impl SimulatedRobot {
             load: 0.0,
             supply: 0.0,
             head_command: HeadCommand::default(),
+            trail,
         };
         robot.update_contact(clearance);
         robot
@@ -117,6 +122,7 @@ impl SimulatedRobot {
         self.motors.stop();
         self.change = Twist2::default();
         self.odometer.odometry.twist = Twist2::default();
+        self.trail.clear();
         let truth = &mut self.truth;
         (truth.pose, truth.twist, truth.stalled) = (pose, Twist2::default(), false);
         // A robot that is put down beside a thing has not collided with it.
@@ -133,6 +139,7 @@ impl SimulatedRobot {
         clearance_at: impl Fn(Pose2) -> f64,
         make_room: impl FnMut(Pose2, f64) -> Option<f64>,
     ) {
+        self.trail.push(self.truth.pose);
         let before = self.truth.twist;
         let after = self.motors.step(&self.config, before, self.load, dt);
         // Under a constant acceleration the mean of the two speeds gives the exact distance.
@@ -177,7 +184,7 @@ impl SimulatedRobot {
             angular: rate(before.angular, self.truth.twist.angular),
         };
         if self.truth.stalled {
-            self.motors.resume(self.truth.twist);
+            self.motors.resume(&self.config, self.truth.twist);
         }
         self.truth.travelled += moved.distance();
         self.odometer
@@ -187,8 +194,13 @@ impl SimulatedRobot {
             .step(self.truth.twist, self.truth.stalled, self.supply, dt);
     }
 
+    /// Returns where it was some seconds ago, at most those of its trail.
+    pub(crate) fn pose_ago(&self, seconds: f64) -> Pose2 {
+        self.trail.pose_ago(seconds, self.truth.pose)
+    }
+
     /// Returns its body where it is.
-    pub(crate) fn body(&self) -> Body {
+    pub(crate) fn body(&self) -> RobotBody {
         self.config.footprint.at(self.truth.pose)
     }
 

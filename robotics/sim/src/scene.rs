@@ -13,10 +13,10 @@ use parry2d_f64::query::{PointQuery, Ray};
 
 use crate::color::Color;
 use crate::cone::Cone;
-use crate::footprint::Body;
+use crate::footprint::RobotBody;
 use crate::probe::Probe;
 use crate::shape::{Figure, Outline, Shape};
-use crate::solid::Solid;
+use crate::solid::{Solid, Surface};
 use crate::sweep::{Echo, Sweep};
 
 /// A fixed thing, before it becomes a [`Solid`].
@@ -29,6 +29,7 @@ pub(crate) struct Fixture {
     pub(crate) height: f64,
     /// How bright it is to a laser: 1 for a white surface.
     pub(crate) reflectivity: f64,
+    pub(crate) surface: Surface,
 }
 
 pub(crate) struct Scene {
@@ -41,7 +42,7 @@ impl Scene {
     pub(crate) fn new(fixtures: Vec<Fixture>) -> Self {
         let solids: Vec<Solid> = fixtures
             .iter()
-            .map(|fixture| Solid::new(&fixture.outline).reflecting(fixture.reflectivity))
+            .map(|fixture| Solid::new(&fixture.outline).reflecting(fixture.reflectivity, fixture.surface))
             .collect();
         // PLOC builds more slowly than binning and casts faster; a world rarely changes.
         let tree = Bvh::from_iter(BvhBuildStrategy::Ploc, solids.iter().map(Solid::aabb).enumerate());
@@ -52,9 +53,9 @@ impl Scene {
         }
     }
 
-    pub(crate) fn add(&mut self, fixture: Fixture) {
+    pub(crate) fn add(&mut self, added: impl IntoIterator<Item = Fixture>) {
         let mut fixtures = mem::take(&mut self.fixtures);
-        fixtures.push(fixture);
+        fixtures.extend(added);
         *self = Self::new(fixtures);
     }
 
@@ -74,24 +75,27 @@ impl Scene {
 
     /// Returns the distance along the ray to the first thing nearer than `max`.
     pub(crate) fn cast_ray(&self, ray: &Ray, max: f64) -> Option<f64> {
-        self.first(ray, max).map(|echo| echo.distance)
+        let (_, distance) = self.first(ray, max, |solid, best| solid.cast_ray(ray, best))?;
+        Some(distance)
     }
 
-    /// Returns the first thing on the ray that is nearer than `max`.
-    fn first(&self, ray: &Ray, max: f64) -> Option<Echo> {
+    /// Returns the first thing that a ray of light meets nearer than `max`.
+    pub(crate) fn light(&self, ray: &Ray, max: f64) -> Option<Echo> {
+        let (solid, distance) = self.first(ray, max, |solid, best| solid.cast_light(ray, best))?;
+        Some(Echo::of(solid, distance))
+    }
+
+    /// Returns the first thing on a ray that is nearer than `max`, by the distance that `meet` returns.
+    fn first(&self, ray: &Ray, max: f64, meet: impl Fn(&Solid, f64) -> Option<f64>) -> Option<(&Solid, f64)> {
         // A ray spends most of its time on boxes that it misses, and parry's own `cast_ray` divides at each
         // of them.
         let probe = Probe::of(ray);
-        self.tree
-            .find_best(
-                max,
-                |node, best| probe.range_to_box(&node.aabb(), best).unwrap_or(f64::MAX),
-                |index, best| self.solids[index as usize].cast_ray(ray, best),
-            )
-            .map(|(index, distance)| Echo {
-                distance,
-                reflectivity: self.solids[index as usize].reflectivity(),
-            })
+        let (index, distance) = self.tree.find_best(
+            max,
+            |node, best| probe.range_to_box(&node.aabb(), best).unwrap_or(f64::MAX),
+            |index, best| meet(&self.solids[index as usize], best),
+        )?;
+        Some((&self.solids[index as usize], distance))
     }
 
     /// Lets the things meet the rays of a sweep, those nearer than its length.
@@ -108,7 +112,7 @@ impl Scene {
         let max = sweep.max();
         if near.len() > sweep.rays().len() {
             // Among many small things a ray meets few, and the tree finds them.
-            let echoes: Vec<Option<Echo>> = sweep.rays().iter().map(|ray| self.first(ray, max)).collect();
+            let echoes: Vec<Option<Echo>> = sweep.rays().iter().map(|ray| self.light(ray, max)).collect();
             sweep.echoes_mut().copy_from_slice(&echoes);
             return;
         }
@@ -134,7 +138,7 @@ impl Scene {
     }
 
     /// Returns the thing nearest to a body, and the gap: negative on overlap.
-    pub(crate) fn nearest_to(&self, body: &Body) -> Option<(&str, f64)> {
+    pub(crate) fn nearest_to(&self, body: &RobotBody) -> Option<(&str, f64)> {
         self.tree
             .find_best(
                 f64::MAX,
@@ -179,6 +183,10 @@ impl Scene {
             .map(|index| index as usize)
             .filter(move |&index| self.solids[index].distance_to_solid(solid) <= gap)
             .map(|index| self.fixtures[index].name.as_str())
+    }
+
+    pub(crate) fn fixtures(&self) -> &[Fixture] {
+        &self.fixtures
     }
 
     pub(crate) fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {

@@ -20,11 +20,26 @@ const TOUCH: f64 = 1e-9;
 /// The reflectivity of what states none: paint, wood and cloth, by estimate.
 pub(crate) const REFLECTIVITY: f64 = 0.5;
 
+/// What a laser and a camera find of a thing. Sonars, bumpers and bodies meet all of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Surface {
+    /// All of it.
+    #[default]
+    Opaque,
+    /// Nothing: light passes through.
+    Glass,
+    /// A laser gets nothing back; a camera sees it.
+    Black,
+    /// A laser passes below it; a camera sees its top.
+    Tabletop,
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pose: Pose,
     geometry: Geometry,
     reflectivity: f64,
+    surface: Surface,
 }
 
 #[derive(Clone, Debug)]
@@ -57,12 +72,35 @@ impl Solid {
             pose,
             geometry,
             reflectivity: REFLECTIVITY,
+            surface: Surface::Opaque,
         }
     }
 
-    /// Returns the solid with a reflectivity.
-    pub(crate) fn reflecting(self, reflectivity: f64) -> Self {
-        Self { reflectivity, ..self }
+    /// Returns the solid with a reflectivity and a surface.
+    pub(crate) fn reflecting(self, reflectivity: f64, surface: Surface) -> Self {
+        Self {
+            reflectivity,
+            surface,
+            ..self
+        }
+    }
+
+    /// Returns whether a laser passes it as if it were not there.
+    pub(crate) fn lets_light_pass(&self) -> bool {
+        matches!(self.surface, Surface::Glass | Surface::Tabletop)
+    }
+
+    /// Returns the distance at which a laser meets it, if that is nearer than `max`.
+    pub(crate) fn cast_light(&self, ray: &Ray, max: f64) -> Option<f64> {
+        if self.lets_light_pass() {
+            return None;
+        }
+        self.cast_ray(ray, max)
+    }
+
+    /// Returns whether a laser gets nothing back from it.
+    pub(crate) fn is_black(&self) -> bool {
+        self.surface == Surface::Black
     }
 
     /// Returns how bright it is to a laser: 1 for a white surface.
@@ -75,6 +113,7 @@ impl Solid {
             pose: Pose::from_parts(Vector::new(pose.x, pose.y), rotation(pose.heading)),
             geometry: Geometry::Polygon(polygon),
             reflectivity: REFLECTIVITY,
+            surface: Surface::Opaque,
         }
     }
 

@@ -24,6 +24,19 @@ pub(crate) struct Echo {
     pub(crate) distance: f64,
     /// Of the solid: 1 for a white surface.
     pub(crate) reflectivity: f64,
+    /// Whether nothing comes back.
+    pub(crate) is_black: bool,
+}
+
+impl Echo {
+    /// Creates the echo of a solid at a distance.
+    pub(crate) fn of(solid: &Solid, distance: f64) -> Self {
+        Self {
+            distance,
+            reflectivity: solid.reflectivity(),
+            is_black: solid.is_black(),
+        }
+    }
 }
 
 /// Rays from one point, counter-clockwise, with the first solid on each.
@@ -80,6 +93,9 @@ impl Sweep {
 
     /// Casts the rays that can reach a solid at it.
     pub(crate) fn meet(&mut self, solid: &Solid) {
+        if solid.lets_light_pass() {
+            return;
+        }
         let area = solid.aabb();
         let Some(range) = self.range_to_box(&area) else {
             return;
@@ -90,10 +106,7 @@ impl Sweep {
                 if range <= limit
                     && let Some(distance) = solid.cast_ray(ray, limit)
                 {
-                    *nearest = Some(Echo {
-                        distance,
-                        reflectivity: solid.reflectivity(),
-                    });
+                    *nearest = Some(Echo::of(solid, distance));
                 }
             }
         }

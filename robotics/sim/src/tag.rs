@@ -54,9 +54,9 @@ impl Cells {
     /// cells, to the right and down from the upper left corner. The part beyond the edge counts as the rest.
     pub(crate) fn white(&self, place: [f64; 2], size: [f64; 2]) -> f64 {
         /// The least side of the rectangle, in cells: a smaller one is a point.
-        const LEAST: f64 = 1e-6;
+        const MIN_SIDE: f64 = 1e-6;
         let spans = [0, 1].map(|axis| {
-            let half = size[axis].max(LEAST) / 2.0;
+            let half = size[axis].max(MIN_SIDE) / 2.0;
             [place[axis] - half, place[axis] + half].map(|end| end.clamp(0.0, self.side as f64))
         });
         let [[left, right], [top, bottom]] = spans;

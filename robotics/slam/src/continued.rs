@@ -16,7 +16,7 @@ const APART: f64 = 0.7;
 const RAYS: usize = 360;
 const REACH: f64 = 10.0;
 /// How far the start may be from a keyframe, m.
-const NEAR: f64 = 1.5;
+const MAX_START_DISTANCE: f64 = 1.5;
 /// How certain the places of keyframes are, 1/m².
 const CERTAIN: f64 = 1e6;
 
@@ -60,7 +60,7 @@ impl Continuation {
             libm::hypot(x - start.x, y - start.y)
         };
         let (keyframe, &(_, cell)) = (views.iter().enumerate())
-            .filter(|(_, view)| distance(view) < NEAR && is_visible(&map, view.1, place))
+            .filter(|(_, view)| distance(view) < MAX_START_DISTANCE && is_visible(&map, view.1, place))
             .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))?;
         let (x, y) = geometry.center(cell);
         let pose = Pose2D::new(x, y, 0.0).localize(start);
@@ -205,7 +205,7 @@ mod tests {
     use jde_grid::Geometry;
 
     use super::*;
-    use crate::Drawing;
+    use crate::MapDrawing;
     use crate::slam::{Settings, State};
     use crate::world::World;
 
@@ -235,7 +235,7 @@ mod tests {
     }
 
     fn cells(slam: &Slam, margin: f64) -> OccupancyGrid {
-        let mut drawing = Drawing::new(slam, 0.05, margin).expect("a small building");
+        let mut drawing = MapDrawing::new(slam, 0.05, margin).expect("a small building");
         while !drawing.advance(slam, 100) {}
         let mut cells = vec![0; drawing.geometry().cells()];
         drawing.write_ros(&mut cells);

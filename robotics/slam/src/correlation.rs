@@ -63,7 +63,7 @@ impl Ord for Square {
 }
 
 /// The ends of beams for each heading, in cells from the corner of the grid.
-struct Search<'a> {
+struct MatchSearch<'a> {
     surface: &'a Surface,
     window: &'a Window,
     ends: Vec<(i32, i32)>,
@@ -102,7 +102,7 @@ impl Surface {
                 ends.push((cell(x), cell(y)));
             }
         }
-        let search = Search {
+        let search = MatchSearch {
             surface: self,
             window,
             ends,
@@ -122,7 +122,7 @@ impl Surface {
     }
 }
 
-impl Search<'_> {
+impl MatchSearch<'_> {
     fn best(&self) -> Option<Square> {
         let top = self.surface.levels.len() - 1;
         let mut due = BinaryHeap::new();

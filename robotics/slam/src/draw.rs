@@ -12,7 +12,7 @@ const MOVED: (f64, f64) = (0.05, 0.01);
 
 /// A map of the keyframes where they are.
 #[derive(Clone, Debug)]
-pub struct Drawing {
+pub struct MapDrawing {
     grid: RollingGrid,
     /// Where the keyframes were when they were drawn.
     drawn: Vec<Pose2D>,
@@ -20,7 +20,7 @@ pub struct Drawing {
     is_cut: bool,
 }
 
-impl Drawing {
+impl MapDrawing {
     /// Returns an empty map with room for what the keyframes show, and `margin` m around that.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ mod tests {
         for step in 0..steps {
             let odometry = Pose2D::new(0.1 * f64::from(step), 0.0, 0.0);
             let laser = world.laser(&Pose2D::new(odometry.x - 6.0, -5.0, 0.0), &mut random);
-            let scan = Scan::new(&laser, &Pose2D::ORIGIN, 360, 3.0);
+            let scan = Scan::new(&laser, |_| Pose2D::ORIGIN, 360, 3.0);
             slam.step(&Settings::default(), &odometry, &scan);
         }
         slam
@@ -118,7 +118,7 @@ mod tests {
         let world = World::ring(4);
         let slam = driven(&world, 30);
         assert!(slam.scans().len() > 4);
-        let mut drawing = Drawing::new(&slam, 0.05, 2.0).expect("a small building");
+        let mut drawing = MapDrawing::new(&slam, 0.05, 2.0).expect("a small building");
         assert!(!drawing.advance(&slam, 2) && drawing.advance(&slam, 99) && drawing.is_right(&slam));
         let mut cells = vec![0; drawing.geometry().cells()];
         drawing.write_ros(&mut cells);
@@ -137,7 +137,7 @@ mod tests {
     fn it_has_room_for_all_without_a_margin_and_anywhere() {
         let world = World::ring(4);
         let slam = driven(&world, 30);
-        let mut drawing = Drawing::new(&slam, 0.05, 0.0).expect("a small building");
+        let mut drawing = MapDrawing::new(&slam, 0.05, 0.0).expect("a small building");
         assert!(drawing.advance(&slam, 99) && drawing.is_right(&slam));
         let (mut far, mut random) = (
             Slam::new(Pose2D::new(300.0, 1.6, 1.5)),
@@ -145,14 +145,14 @@ mod tests {
         );
         let scan = world.scan(&Pose2D::new(-6.0, -5.0, 0.0), &mut random);
         far.step(&Settings::default(), &Pose2D::ORIGIN, &scan);
-        let mut drawing = Drawing::new(&far, 0.05, 5.0).expect("a small building");
+        let mut drawing = MapDrawing::new(&far, 0.05, 5.0).expect("a small building");
         assert!(drawing.advance(&far, 99) && drawing.is_right(&far));
     }
 
     #[test]
     fn what_has_moved_or_is_outside_makes_it_wrong() {
         let world = World::ring(4);
-        let mut drawing = Drawing::new(&driven(&world, 30), 0.05, 0.5).expect("a small building");
+        let mut drawing = MapDrawing::new(&driven(&world, 30), 0.05, 0.5).expect("a small building");
         let slam = driven(&world, 30);
         assert!(drawing.advance(&slam, 99) && drawing.is_right(&slam));
         let mut moved = drawing.clone();
@@ -160,6 +160,6 @@ mod tests {
         assert!(!moved.is_right(&slam));
         let slam = driven(&world, 50);
         assert!(drawing.advance(&slam, 99) && !drawing.is_right(&slam));
-        assert!(Drawing::new(&slam, 0.0, 1.0).is_err() && Drawing::new(&slam, 0.001, 1.0).is_err());
+        assert!(MapDrawing::new(&slam, 0.0, 1.0).is_err() && MapDrawing::new(&slam, 0.001, 1.0).is_err());
     }
 }

@@ -12,14 +12,14 @@ use crate::sparse::{NotPositive, System};
 const HELD: f64 = 1e9;
 /// The damping at first, and its limits.
 const DAMPING: f64 = 1e-4;
-const LEAST: f64 = 1e-9;
-const MOST: f64 = 1e6;
+const MIN_DAMPING: f64 = 1e-9;
+const MAX_DAMPING: f64 = 1e6;
 /// The steps of a part of an iteration: products of blocks, or links that are merged.
 const PART: usize = 500_000;
 /// A step that ends it, m and rad.
-const SMALL: f64 = 1e-4;
+const CONVERGED_STEP: f64 = 1e-4;
 /// From what square of the error on, in standard deviations, a loop has less weight.
-const DOUBTED: f64 = 12.0;
+const ROBUST_THRESHOLD: f64 = 12.0;
 
 /// What an edge comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,7 @@ pub struct Graph {
     edges: Vec<Edge>,
     work: Option<Work>,
     damping: f64,
-    /// The square from which on loops have less weight: falls to [`DOUBTED`].
+    /// The square from which on loops have less weight: falls to [`ROBUST_THRESHOLD`].
     doubted: f64,
     is_settled: bool,
 }
@@ -73,7 +73,7 @@ impl Default for Graph {
             edges: Vec::new(),
             work: None,
             damping: DAMPING,
-            doubted: DOUBTED,
+            doubted: ROBUST_THRESHOLD,
             is_settled: true,
         }
     }
@@ -188,23 +188,26 @@ impl Graph {
             self.poses = old;
             return self.hold_back();
         }
-        self.damping = (self.damping / 10.0).max(LEAST);
+        self.damping = (self.damping / 10.0).max(MIN_DAMPING);
         // Keyframes that were added since fit where they are.
         let is_loop = |edge: &Edge| edge.relation == Relation::Loop;
-        if farthest < SMALL && self.doubted <= DOUBTED && !self.edges[edges..].iter().any(is_loop) {
+        if farthest < CONVERGED_STEP
+            && self.doubted <= ROBUST_THRESHOLD
+            && !self.edges[edges..].iter().any(is_loop)
+        {
             self.is_settled = true;
         }
-        self.doubted = (self.doubted / 2.0).max(DOUBTED);
+        self.doubted = (self.doubted / 2.0).max(ROBUST_THRESHOLD);
         true
     }
 
     /// Lets the next step be smaller. Nothing moves.
     fn hold_back(&mut self) -> bool {
         self.damping *= 10.0;
-        if self.damping > MOST {
+        if self.damping > MAX_DAMPING {
             self.damping = DAMPING;
-            self.is_settled = self.doubted <= DOUBTED;
-            self.doubted = (self.doubted / 2.0).max(DOUBTED);
+            self.is_settled = self.doubted <= ROBUST_THRESHOLD;
+            self.doubted = (self.doubted / 2.0).max(ROBUST_THRESHOLD);
         }
         false
     }

@@ -7,9 +7,9 @@ use crate::scan::SurfacePoint;
 use crate::surface::{Surface, facing};
 
 /// The most iterations.
-const MOST: usize = 20;
+const MAX_ITERATIONS: usize = 20;
 /// A step that ends it, m and rad.
-const SMALL: f64 = 1e-4;
+const CONVERGED_STEP: f64 = 1e-4;
 /// How far points may be from their lines at first, and how far at last, m.
 const GATES: (f64, f64) = (0.3, 0.1);
 /// The standard deviation of points from lines, m.
@@ -38,6 +38,33 @@ pub struct Fit {
     pub share: f64,
 }
 
+/// The pose with the weight that the points have without the noise of normals: along a corridor that shows nothing there, it is
+/// that of the guess (Zhang and Singh, "On degeneracy of optimization-based state estimation problems", 2016). `None` if
+/// nothing was known before, or the numbers do not determine it.
+fn without_noise(pose: &Pose2D, guess: &Guess, noisy: &Matrix, information: &Matrix) -> Option<Pose2D> {
+    if guess.information == ZERO {
+        return None;
+    }
+    let with = |points: &Matrix| {
+        let mut both = *points;
+        add(&mut both, 1.0, &guess.information);
+        both
+    };
+    let away = [
+        pose.x - guess.pose.x,
+        pose.y - guess.pose.y,
+        normalize_angle(pose.theta - guess.pose.theta),
+    ];
+    // What the points alone say is farther away than the pose, which is between it and the guess.
+    let alone = times(&invert(noisy)?, &times(&with(noisy), &away));
+    let [x, y, turn] = times(&invert(&with(information))?, &times(information, &alone));
+    Some(Pose2D::new(
+        guess.pose.x + x,
+        guess.pose.y + y,
+        normalize_angle(guess.pose.theta + turn),
+    ))
+}
+
 /// What points say of a pose.
 struct Slopes {
     /// The second and first derivatives of half the squares.
@@ -55,7 +82,7 @@ impl Surface {
     pub fn refine(&self, points: &[SurfacePoint], start: &Pose2D, guess: &Guess) -> Option<Fit> {
         let mut pose = *start;
         let mut gate = GATES.0;
-        for _ in 0..MOST {
+        for _ in 0..MAX_ITERATIONS {
             let Slopes {
                 second: mut information,
                 first: mut slope,
@@ -71,16 +98,19 @@ impl Surface {
             (0..3).for_each(|axis| slope[axis] += pull[axis]);
             let [x, y, turn] = times(&invert(&information)?, &slope);
             pose = Pose2D::new(pose.x - x, pose.y - y, normalize_angle(pose.theta - turn));
-            if x.abs().max(y.abs()).max(turn.abs()) < SMALL && gate <= GATES.1 {
+            if x.abs().max(y.abs()).max(turn.abs()) < CONVERGED_STEP && gate <= GATES.1 {
                 break;
             }
             gate = (0.7 * gate).max(GATES.1);
         }
-        let mut slopes = self.slopes(points, &pose, GATES.1);
-        add(&mut slopes.second, -1.0, &slopes.noise);
-        pose.is_finite().then(|| Fit {
+        let slopes = self.slopes(points, &pose, GATES.1);
+        let mut information = slopes.second;
+        add(&mut information, -1.0, &slopes.noise);
+        let information = positive(&information);
+        let pose = without_noise(&pose, guess, &slopes.second, &information).unwrap_or(pose);
+        pose.is_finite().then_some(Fit {
             pose,
-            information: positive(&slopes.second),
+            information,
             share: slopes.share,
         })
     }

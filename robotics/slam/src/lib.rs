@@ -26,7 +26,7 @@ mod world;
 
 pub use continued::Continuation;
 pub use correlation::{Match, Window};
-pub use draw::Drawing;
+pub use draw::MapDrawing;
 pub use graph::{Edge, Graph, Relation};
 pub use icp::{Fit, Guess};
 pub use matrix::Matrix;

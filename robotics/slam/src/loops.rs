@@ -13,15 +13,15 @@ use crate::correlation::Window;
 use crate::graph::{Edge, Relation};
 use crate::icp::{Fit, Guess};
 use crate::matrix::{ZERO, invert};
-use crate::slam::{LEVER, NEAR, Settings, Slam, thin, turn_between};
+use crate::slam::{LEVER, MATCHED_KEYFRAME_DISTANCE, Settings, Slam, thin, turn_between};
 use crate::surface::Surface;
 
 /// The most edges of a keyframe: no more are searched then.
 const EDGES: usize = 12;
 /// How many keyframes lie between two times that the robot is at a place.
-const APART: usize = 10;
+const MIN_KEYFRAMES_BETWEEN: usize = 10;
 /// How many keyframes before and after an earlier one show its surfaces.
-const BESIDE: usize = 2;
+const KEYFRAMES_AROUND: usize = 2;
 /// How far keyframes may be that are linked, m, and with how many each is.
 const LINKED: (f64, usize) = (2.0, 3);
 /// How many keyframes show the surfaces around the robot, and around an earlier place.
@@ -36,11 +36,11 @@ const TURN_BY_WAY: f64 = 0.15;
 /// How far an earlier place may be outside the window, m.
 const SEEN: f64 = 3.0;
 /// The most squares that a search looks at.
-const LOOKS: usize = 60_000;
+const MAX_SEARCHED_CELLS: usize = 60_000;
 /// The greatest standard deviation of a match, m.
 const DEVIATION: f64 = 0.1;
 /// How far matches may differ that say the same, m and rad.
-const SAME: (f64, f64) = (0.2, 0.06);
+const MATCH_TOLERANCE: (f64, f64) = (0.2, 0.06);
 /// How many matches wait for others.
 const WAITING: usize = 8;
 
@@ -94,19 +94,25 @@ fn links(slam: &Slam, settings: &Settings, keyframe: usize) -> Vec<Edge> {
     let poses = slam.graph.poses();
     let here = &poses[keyframe];
     let mut near = slam.around(keyframe, here, usize::MAX);
-    near.retain(|&at| at.abs_diff(keyframe) > APART && poses[at].distance_to(here) < LINKED.0);
+    near.retain(|&at| {
+        at.abs_diff(keyframe) > MIN_KEYFRAMES_BETWEEN && poses[at].distance_to(here) < LINKED.0
+    });
     near.sort_by(|&a, &b| slam.distance(a, here).total_cmp(&slam.distance(b, here)));
     let mut times: Vec<usize> = Vec::new();
     for at in near {
-        if times.len() < LINKED.1 && times.iter().all(|other| other.abs_diff(at) > APART) {
+        if times.len() < LINKED.1
+            && times
+                .iter()
+                .all(|other| other.abs_diff(at) > MIN_KEYFRAMES_BETWEEN)
+        {
             times.push(at);
         }
     }
     times.retain(|at| !slam.near[keyframe].contains(at));
     let edge = |earlier: usize| {
-        let last = (earlier + BESIDE).min(poses.len() - 1);
-        let mut shown: Vec<usize> = (earlier.saturating_sub(BESIDE)..=last).collect();
-        shown.retain(|&at| poses[at].distance_to(&poses[earlier]) < NEAR);
+        let last = (earlier + KEYFRAMES_AROUND).min(poses.len() - 1);
+        let mut shown: Vec<usize> = (earlier.saturating_sub(KEYFRAMES_AROUND)..=last).collect();
+        shown.retain(|&at| poses[at].distance_to(&poses[earlier]) < MATCHED_KEYFRAME_DISTANCE);
         let surface = slam.surface_of(earlier, &shown, 0);
         let start = poses[earlier].localize(here);
         let guess = Guess {
@@ -123,7 +129,8 @@ fn links(slam: &Slam, settings: &Settings, keyframe: usize) -> Vec<Edge> {
 fn believed(settings: &Settings, fit: &Fit, start: &Pose2D, (from, to): (usize, usize)) -> Option<Edge> {
     let covariance = invert(&fit.information)?;
     let is_narrow = covariance[0][0].max(covariance[1][1]) < DEVIATION * DEVIATION;
-    let is_same = fit.pose.distance_to(start) < SAME.0 && turn_between(&fit.pose, start) < SAME.1;
+    let is_same =
+        fit.pose.distance_to(start) < MATCH_TOLERANCE.0 && turn_between(&fit.pose, start) < MATCH_TOLERANCE.1;
     (is_narrow && is_same && fit.share >= settings.loop_share).then_some(Edge {
         from,
         to,
@@ -145,7 +152,7 @@ fn candidate(slam: &Slam, settings: &Settings, keyframe: usize) -> Option<(usize
     let ways = ways(slam, keyframe);
     let drift = |at: usize| (settings.drift * ways[at]).clamp(WINDOWS.0, WINDOWS.1);
     (0..poses.len())
-        .filter(|&at| !is_linked[at] && ways[at] > 2.0 * NEAR)
+        .filter(|&at| !is_linked[at] && ways[at] > 2.0 * MATCHED_KEYFRAME_DISTANCE)
         .filter(|&at| poses[at].distance_to(here) < drift(at) + SEEN)
         .min_by(|&a, &b| slam.distance(a, here).total_cmp(&slam.distance(b, here)))
         .map(|at| (at, drift(at)))
@@ -187,7 +194,7 @@ fn searched(slam: &Slam, settings: &Settings, (earlier, keyframe): (usize, usize
         turn: (TURN_BY_WAY * way).clamp(TURNS.0, TURNS.1),
         least: settings.loop_share,
         loss: 0.05,
-        most: LOOKS,
+        most: MAX_SEARCHED_CELLS,
     };
     let found = surface.search(&points, &poses[earlier].localize(&poses[keyframe]), &window)?;
     let guess = Guess {
@@ -204,7 +211,7 @@ fn agree(slam: &Slam, a: &Edge, b: &Edge) -> bool {
     let earlier = poses[a.from].localize(&poses[b.from]);
     let later = poses[a.to].localize(&poses[b.to]);
     let (one, other) = (a.pose.transform(&later), earlier.transform(&b.pose));
-    one.distance_to(&other) < SAME.0 && turn_between(&one, &other) < SAME.1
+    one.distance_to(&other) < MATCH_TOLERANCE.0 && turn_between(&one, &other) < MATCH_TOLERANCE.1
 }
 
 #[cfg(test)]

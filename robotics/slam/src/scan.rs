@@ -3,7 +3,7 @@
 use jde_types::{LaserScan, Pose2D};
 
 /// The fewest points of a surface that say where a robot is.
-pub(crate) const LEAST: usize = 8;
+pub(crate) const MIN_POINTS: usize = 8;
 /// Beams to each side that make the line through a point.
 const SIDE: usize = 2;
 /// Neighbours of a line are no farther apart than this, m, or so many times the distance of beams there.
@@ -13,6 +13,11 @@ const FLAT: f32 = 0.3;
 
 /// The angle from which on beams are on all sides, rad.
 const ALL_AROUND: f64 = 0.97 * core::f64::consts::TAU;
+/// In how many directions a scan keeps how far it sees: as wide as a beam of a coarse laser.
+const DIRECTIONS: usize = 120;
+/// How far beams must go beyond a place to have gone through it, and how far to either side of it they must, m: more than
+/// poses err. Along a wall, a small error of the pose is a large one of the depth.
+const THROUGH: (f32, f32) = (0.3, 0.2);
 
 /// The number of a beam, its length, +∞ if it met nothing, and where it ends, m.
 pub(crate) type End = (usize, f32, (f32, f32));
@@ -51,14 +56,18 @@ pub struct Scan {
     free: Vec<(f32, f32)>,
     /// Where the beams begin, m.
     mount: (f32, f32),
-    is_all_around: bool,
+    /// How far it sees at least in each direction around, m; 0 where no beam goes.
+    depths: Vec<f32>,
+    /// The angle between its first and its last beam, rad.
+    view: f64,
 }
 
 impl Scan {
-    /// Reads a scan of a laser mounted at `mount` on the base: at most `most` beams, evenly chosen, and as far as `reach` m.
-    /// Nothing of a scan that is none.
+    /// Reads a scan of a laser that is at `laser` at each beam, in the frame of the base: at most `most` beams, evenly chosen,
+    /// and as far as `reach` m. Nothing of a scan that is none.
     #[must_use]
-    pub fn new(scan: &LaserScan, mount: &Pose2D, most: usize, reach: f64) -> Self {
+    pub fn new(scan: &LaserScan, laser: impl Fn(usize) -> Pose2D, most: usize, reach: f64) -> Self {
+        let mount = laser(0);
         if !mount.is_finite() || !reach.is_finite() || scan.measured().is_err() {
             return Self::default();
         }
@@ -68,14 +77,18 @@ impl Scan {
                 let is_hit = hit && length <= reach as f32;
                 let length = length.min(reach as f32);
                 let range = if is_hit { length } else { f32::INFINITY };
-                let (sin, cos) = libm::sincos(mount.theta + scan.angle(beam));
-                let end = (start.0 + length * cos as f32, start.1 + length * sin as f32);
+                let from = laser(beam);
+                let (sin, cos) = libm::sincos(from.theta + scan.angle(beam));
+                let end = (
+                    from.x as f32 + length * cos as f32,
+                    from.y as f32 + length * sin as f32,
+                );
                 (beam, range, end)
             })
             .collect();
         let increment = scan.angle_increment.abs();
         let mut read = Self::of_ends(&ends, increment, start, most);
-        read.is_all_around = f64::from(increment) * scan.ranges.len() as f64 > ALL_AROUND;
+        read.view = f64::from(increment) * scan.ranges.len() as f64;
         read
     }
 
@@ -84,8 +97,14 @@ impl Scan {
         let step = ends.len().div_ceil(most.max(1)).max(1);
         let mut read = Self {
             mount,
+            depths: vec![0.0; DIRECTIONS],
             ..Self::default()
         };
+        for &(_, _, end) in ends {
+            let (direction, length) = polar(end, mount);
+            let depth = &mut read.depths[direction];
+            *depth = if *depth == 0.0 { length } else { depth.min(length) };
+        }
         for number in (0..ends.len()).step_by(step) {
             let (_, range, at) = ends[number];
             if range.is_finite() {
@@ -119,22 +138,50 @@ impl Scan {
     /// The same, said to show what is on all sides.
     pub(crate) fn all_around(self) -> Self {
         Self {
-            is_all_around: true,
+            view: core::f64::consts::TAU,
             ..self
         }
     }
 
     /// Returns whether it shows what is on all sides, so that it shows the same with every heading.
     #[must_use]
-    pub const fn is_all_around(&self) -> bool {
-        self.is_all_around
+    pub fn is_all_around(&self) -> bool {
+        self.view > ALL_AROUND
+    }
+
+    /// Returns the angle between its first and its last beam, rad.
+    #[must_use]
+    pub const fn view(&self) -> f64 {
+        self.view
+    }
+
+    /// Whether its beams go through a place in its frame, m; `None` if none of them tells.
+    pub(crate) fn sees_through(&self, place: (f32, f32)) -> Option<bool> {
+        let (direction, length) = polar(place, self.mount);
+        if self.depths.is_empty() || length < THROUGH.1 {
+            return None;
+        }
+        let beside = THROUGH.1 / length * DIRECTIONS as f32 / core::f32::consts::TAU;
+        let beside = libm::ceilf(beside) as usize;
+        let first = direction + DIRECTIONS - beside;
+        let depths = (first..=first + 2 * beside).map(|at| self.depths[at % DIRECTIONS]);
+        let depth = depths.fold(f32::INFINITY, f32::min);
+        (depth > 0.0 && length < depth + THROUGH.0).then_some(length < depth - THROUGH.0)
     }
 
     /// Returns whether it has enough points to say where a robot is.
     #[must_use]
     pub fn is_enough(&self) -> bool {
-        self.points.len() >= LEAST
+        self.points.len() >= MIN_POINTS
     }
+}
+
+/// In which of the directions from a laser a place is, and how far, m.
+fn polar(place: (f32, f32), laser: (f32, f32)) -> (usize, f32) {
+    let (dx, dy) = (place.0 - laser.0, place.1 - laser.1);
+    let turns = libm::atan2f(dy, dx) / core::f32::consts::TAU + 0.5;
+    let direction = (turns * DIRECTIONS as f32) as usize;
+    (direction.min(DIRECTIONS - 1), libm::hypotf(dx, dy))
 }
 
 /// The normal of the line through the neighbours of an end, toward the laser; zero if they are in no line.
@@ -195,7 +242,7 @@ mod tests {
     }
 
     fn read(ranges: &[f32]) -> Scan {
-        Scan::new(&laser(ranges), &Pose2D::ORIGIN, 360, 20.0)
+        Scan::new(&laser(ranges), |_| Pose2D::ORIGIN, 360, 20.0)
     }
 
     /// A wall 3 m ahead.
@@ -252,14 +299,17 @@ mod tests {
             );
         }
         let nowhere = Pose2D::new(f64::NAN, 0.0, 0.0);
-        assert_eq!(Scan::new(&laser(&wall()), &nowhere, 360, 20.0), Scan::default());
+        assert_eq!(
+            Scan::new(&laser(&wall()), |_| nowhere, 360, 20.0),
+            Scan::default()
+        );
         assert_eq!(read(&[]), Scan::default());
     }
 
     #[test]
     fn it_is_in_the_frame_of_the_base_and_thinned() {
         let mount = Pose2D::new(0.2, 0.1, FRAC_PI_2);
-        let scan = Scan::new(&laser(&wall()), &mount, 10, 20.0);
+        let scan = Scan::new(&laser(&wall()), |_| mount, 10, 20.0);
         assert_eq!((scan.points().len(), scan.mount()), (10, (0.2, 0.1)));
         assert!(scan.points().iter().all(|point| (point.at.1 - 3.1).abs() < 1e-3));
     }

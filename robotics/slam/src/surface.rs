@@ -8,7 +8,7 @@ use crate::scan::{Scan, SurfacePoint};
 /// The side of a cell, m.
 pub(crate) const CELL: f32 = 0.05;
 /// How far from a surface a place is near it, in cells.
-const NEAR: i32 = 6;
+const MATCH_RADIUS: i32 = 6;
 /// The standard deviation of the ends of beams, in cells: that of the laser, of the poses and of the cells.
 const DEVIATION: f32 = 2.0;
 /// The number of no point.
@@ -59,7 +59,7 @@ impl Surface {
             low = (low.0.min(point.at.0), low.1.min(point.at.1));
             high = (high.0.max(point.at.0), high.1.max(point.at.1));
         }
-        let margin = (NEAR + 1 + (1 << levels)) as f32 * CELL;
+        let margin = (MATCH_RADIUS + 1 + (1 << levels)) as f32 * CELL;
         let side = |low: f32, high: f32| ((high - low + 2.0 * margin) / CELL) as usize + 1;
         let (width, height) = (side(low.0, high.0), side(low.1, high.1));
         Self {
@@ -111,8 +111,8 @@ impl Surface {
         for (number, point) in self.points.iter().enumerate() {
             let (x, y) = self.place(point.at);
             let (column, row) = (x as i32, y as i32);
-            for row in row - NEAR..=row + NEAR {
-                for column in column - NEAR..=column + NEAR {
+            for row in row - MATCH_RADIUS..=row + MATCH_RADIUS {
+                for column in column - MATCH_RADIUS..=column + MATCH_RADIUS {
                     // The margin has room for them.
                     let cell = row as usize * self.width + column as usize;
                     let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);

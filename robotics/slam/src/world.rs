@@ -85,6 +85,6 @@ impl World {
     }
 
     pub(crate) fn scan(&self, pose: &Pose2D, random: &mut fastrand::Rng) -> Scan {
-        Scan::new(&self.laser(pose, random), &Pose2D::ORIGIN, 360, 20.0)
+        Scan::new(&self.laser(pose, random), |_| Pose2D::ORIGIN, 360, 20.0)
     }
 }

@@ -11,7 +11,7 @@ pub struct Detector {
     pub families: Vec<Family>,
     /// Bits of a tag that may be read wrongly. More find more tags, and more that are none.
     pub hamming: u32,
-    /// Only every so many columns and rows are searched for quadrilaterals, 1 to 8: 2 needs a quarter of the time,
+    /// The columns and rows from one that is searched for quadrilaterals to the next, 1 to 8: 2 needs a quarter of the time,
     /// and misses small tags. Corners and bits come from the whole picture nevertheless.
     pub step: usize,
     thinned: Vec<u8>,
@@ -59,7 +59,7 @@ impl Detector {
     /// Returns the tags in a picture, by family and number.
     pub fn detect(&mut self, picture: &Gray<'_>) -> Vec<Detection> {
         /// The shortest side of a quadrilateral, px: fewer pixels show no bits.
-        const LEAST: f64 = 3.0;
+        const MIN_SIDE: f64 = 3.0;
         let step = self.step.clamp(1, 8);
         let size = picture.thinned(step, &mut self.thinned);
         let Some(thinned) = Gray::new(size, &self.thinned) else {
@@ -67,7 +67,7 @@ impl Detector {
         };
         tones(&thinned, &mut self.tones);
         let cells = self.families.iter().map(|family| family.width()).min();
-        let least = (cells.unwrap_or_default() as f64 / step as f64).max(LEAST);
+        let least = (cells.unwrap_or_default() as f64 / step as f64).max(MIN_SIDE);
         let codes: Vec<(Family, Vec<u64>)> = self
             .families
             .iter()

@@ -1,12 +1,12 @@
 //! Edges between pixels: the sides of a quadrilateral, where the picture itself changes most.
 
-use crate::line::{Line, Moments, corners};
+use crate::line::{FittedLine, Moments, corners};
 use crate::{Gray, Point};
 
 /// Moves the corners of a quadrilateral, bright around dark and clockwise in the picture, onto the edges that are
 /// within `reach` px of its sides. Keeps those between sides without an edge.
 pub(crate) fn refine(picture: &Gray<'_>, quad: &mut [Point; 4], reach: f64) {
-    let mut sides = [Line::default(); 4];
+    let mut sides = [FittedLine::default(); 4];
     for (index, side) in sides.iter_mut().enumerate() {
         match edge(picture, [quad[index], quad[(index + 1) % 4]], reach) {
             Some(line) => *side = line,
@@ -19,7 +19,7 @@ pub(crate) fn refine(picture: &Gray<'_>, quad: &mut [Point; 4], reach: f64) {
 }
 
 /// Returns the line along the edge near a side.
-fn edge(picture: &Gray<'_>, [from, to]: [Point; 2], reach: f64) -> Option<Line> {
+fn edge(picture: &Gray<'_>, [from, to]: [Point; 2], reach: f64) -> Option<FittedLine> {
     /// Steps across the side in each pixel.
     const STEPS: f64 = 4.0;
     /// How far apart two values of a difference are, px: twice this.

@@ -13,7 +13,7 @@ pub(crate) struct Moments {
 
 /// A straight line, with the scatter of the points that it was fitted to.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Line {
+pub(crate) struct FittedLine {
     /// The weighted middle of the points.
     middle: Point,
     /// Across the line, of length 1.
@@ -44,7 +44,7 @@ impl Moments {
     }
 
     /// Returns the line with the least squared distances.
-    pub(crate) fn line(&self) -> Line {
+    pub(crate) fn line(&self) -> FittedLine {
         let middle = self.first.map(|sum| sum / self.weight);
         let xx = self.second[0] / self.weight - middle[0] * middle[0];
         let xy = self.second[1] / self.weight - middle[0] * middle[1];
@@ -59,7 +59,7 @@ impl Moments {
         } else {
             (b, along_b)
         };
-        Line {
+        FittedLine {
             middle,
             normal: normal.map(|part| part / length),
             scatter: least.max(0.0),
@@ -67,21 +67,21 @@ impl Moments {
     }
 }
 
-impl Line {
+impl FittedLine {
     /// Returns where two lines cross; `None` if they are nearly parallel.
     pub(crate) fn crossing(&self, other: &Self) -> Option<Point> {
         /// The sine of the least angle of two lines.
-        const LEAST: f64 = 1e-3;
+        const MIN_SINE: f64 = 1e-3;
         let ([a, b], [c, d]) = (self.normal, other.normal);
         let sine = a * d - b * c;
         let [along, across] =
             [self, other].map(|line| line.normal[0] * line.middle[0] + line.normal[1] * line.middle[1]);
-        (sine.abs() > LEAST).then(|| [(along * d - across * b) / sine, (a * across - c * along) / sine])
+        (sine.abs() > MIN_SINE).then(|| [(along * d - across * b) / sine, (a * across - c * along) / sine])
     }
 }
 
 /// Returns the corners of four lines, each where a line and the next cross.
-pub(crate) fn corners(lines: &[Line; 4]) -> Option<[Point; 4]> {
+pub(crate) fn corners(lines: &[FittedLine; 4]) -> Option<[Point; 4]> {
     let mut corners = [[0.0; 2]; 4];
     for (index, corner) in corners.iter_mut().enumerate() {
         *corner = lines[index].crossing(&lines[(index + 1) % 4])?;

@@ -1,6 +1,6 @@
 //! Quadrilaterals: the edges that four straight lines fit.
 
-use crate::line::{Line, Moments, corners};
+use crate::line::{FittedLine, Moments, corners};
 use crate::segments::EdgePoint;
 use crate::{Gray, Point};
 
@@ -94,7 +94,7 @@ fn sums(picture: &Gray<'_>, edge: &[EdgePoint]) -> Vec<Moments> {
 }
 
 /// Returns the line through the points from one to another, both included, going around.
-fn line(sums: &[Moments], from: usize, to: usize) -> Line {
+fn line(sums: &[Moments], from: usize, to: usize) -> FittedLine {
     let before = |index: usize| index.checked_sub(1).map(|index| sums[index]).unwrap_or_default();
     let part = sums[to].plus(&before(from), -1.0);
     if from <= to {
@@ -138,7 +138,7 @@ fn breaks(sums: &[Moments]) -> Option<Vec<usize>> {
 }
 
 /// Returns the four sides between four of the breaks that fit best.
-fn best(sums: &[Moments], breaks: &[usize]) -> Option<[Line; 4]> {
+fn best(sums: &[Moments], breaks: &[usize]) -> Option<[FittedLine; 4]> {
     let count = breaks.len();
     // The line from each break to each other one, with its squared distances.
     let mut lines = vec![None; count * count];
@@ -151,7 +151,7 @@ fn best(sums: &[Moments], breaks: &[usize]) -> Option<[Line; 4]> {
         }
     }
     let side = |from: usize, to: usize| lines[from * count + to];
-    let mut best: Option<([Line; 4], f64)> = None;
+    let mut best: Option<([FittedLine; 4], f64)> = None;
     for a in 0..count {
         for b in a + 1..count {
             let Some(first) = side(a, b) else { continue };

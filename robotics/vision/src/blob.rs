@@ -10,13 +10,13 @@ use core::ops::Range;
 /// Finds components, and reuses its buffers from picture to picture.
 #[derive(Debug, Default)]
 pub struct Blobs {
-    runs: Vec<Run>,
+    runs: Vec<PixelRun>,
     components: Vec<Component>,
 }
 
 /// Adjacent pixels of one row.
 #[derive(Clone, Copy, Debug)]
-pub struct Run {
+pub struct PixelRun {
     /// The row.
     pub row: usize,
     /// The first column, and the one after the last.
@@ -45,7 +45,7 @@ impl Component {
         self.count as f64 / (core::f64::consts::FRAC_PI_4 * side * side)
     }
 
-    fn add(&mut self, run: &Run) {
+    fn add(&mut self, run: &PixelRun) {
         let [from, to] = run.columns;
         if self.count == 0 {
             *self = Self {
@@ -101,7 +101,7 @@ impl Blobs {
     }
 
     /// Returns the runs of a component, by its number.
-    pub fn runs(&self, number: usize) -> impl Iterator<Item = &Run> {
+    pub fn runs(&self, number: usize) -> impl Iterator<Item = &PixelRun> {
         self.runs.iter().filter(move |run| run.parent == number)
     }
 
@@ -111,7 +111,7 @@ impl Blobs {
         size: [usize; 2],
         selected: impl Fn(usize, usize) -> bool,
         accept: impl Fn(&Component) -> bool,
-    ) -> Option<(Component, impl Iterator<Item = &Run>)> {
+    ) -> Option<(Component, impl Iterator<Item = &PixelRun>)> {
         self.find(size, selected);
         let accepted = self.components().filter(|(_, component)| accept(component));
         let (number, component) = accepted.max_by_key(|(_, component)| component.count)?;
@@ -122,7 +122,7 @@ impl Blobs {
     /// touch it. Removes from `above` the runs that no later run of this row can touch.
     fn add(&mut self, row: usize, columns: [usize; 2], above: &mut Range<usize>) {
         let new = self.runs.len();
-        self.runs.push(Run {
+        self.runs.push(PixelRun {
             row,
             columns,
             parent: new,

@@ -4,8 +4,10 @@
 //! A calibration holds for pictures of its size. It is not scaled, since a camera of another resolution may show another
 //! part of its sensor.
 
+use std::ops::Range;
 use std::path::Path;
 
+use jde_document::{Fault, FaultReport, Faults};
 use jde_types::{CameraInfo, RegionOfInterest, Seq, Text};
 use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
 
@@ -89,32 +91,45 @@ fn shown(info: &CameraInfo) -> RegionOfInterest {
 /// OpenCV with the same keys.
 ///
 /// # Errors
-/// It cannot be read, or is no calibration: the file, the line and what is expected.
-pub fn read_calibration(path: &Path) -> Result<CameraInfo, String> {
+/// It cannot be read, or is no calibration.
+pub fn read_calibration(path: &Path) -> Result<CameraInfo, Faults> {
     let text = jde_files::read_text(path, MAX_BYTES)
-        .map_err(|error| format!("cannot read the calibration {}: {error}", path.display()))?;
-    parse_calibration(&text).map_err(|(line, message)| format!("{}:{line}: {message}", path.display()))
+        .map_err(|error| Fault::of_file(path, format!("cannot read the calibration: {error}")))?;
+    parse_calibration(path, &text)
 }
-
-/// A line, and what is wrong there.
-type Fault = (usize, String);
 
 /// Reads the text of a calibration file; see [`read_calibration`].
 ///
 /// # Errors
-/// It is no calibration: the line, and what is expected.
-pub fn parse_calibration(text: &str) -> Result<CameraInfo, Fault> {
+/// It is no calibration.
+pub fn parse_calibration(path: &Path, text: &str) -> Result<CameraInfo, Faults> {
     // OpenCV writes a directive that YAML does not have. Its line stays, so that lines are counted right.
     let text = match text.strip_prefix("%YAML:") {
         Some(rest) => &rest[rest.find('\n').unwrap_or(rest.len())..],
         None => text,
     };
-    let documents = MarkedYaml::load_from_str(text)
-        .map_err(|error| (error.marker().line(), format!("invalid YAML: {}", error.info())))?;
+    parse(text).map_err(|(place, message)| {
+        let mut report = FaultReport::new(path, text);
+        match place {
+            Some(place) => report.fault(&report.in_bytes(&place), message),
+            None => report.file_fault(message),
+        };
+        report.into_faults()
+    })
+}
+
+/// Where something is wrong, in characters from the start of the text, or in the text as a whole; and what.
+type Wrong = (Option<Range<usize>>, String);
+
+fn parse(text: &str) -> Result<CameraInfo, Wrong> {
+    let documents = MarkedYaml::load_from_str(text).map_err(|error| {
+        let at = error.marker().index();
+        (Some(at..at), format!("this is not YAML: {}", error.info()))
+    })?;
     let Some(root) = documents.first().filter(|root| root.data.is_mapping()) else {
         return Err((
-            1,
-            "this is no calibration: expected the YAML of a camera, with `camera_matrix`".to_owned(),
+            None,
+            "this is not a calibration: expected the YAML of a camera, with `camera_matrix`".to_owned(),
         ));
     };
     let size = |key| {
@@ -122,7 +137,7 @@ pub fn parse_calibration(text: &str) -> Result<CameraInfo, Fault> {
         let pixels = number(node).filter(|pixels| pixels.fract() == 0.0 && (1.0..=65_536.0).contains(pixels));
         pixels
             .map(|pixels| pixels as u32)
-            .ok_or_else(|| (line(node), format!("`{key}` is no number of pixels")))
+            .ok_or_else(|| (place(node), format!("`{key}` is not a number of pixels")))
     };
     let (width, height) = (size("image_width")?, size("image_height")?);
     let k = matrix(required(root, "camera_matrix")?, "camera_matrix")?;
@@ -132,12 +147,12 @@ pub fn parse_calibration(text: &str) -> Result<CameraInfo, Fault> {
     };
     let model = match find(root, "distortion_model").map(|node| (node, node.data.as_str())) {
         Some((_, Some(name))) if name.len() <= 28 => name.to_owned(),
-        Some((node, _)) => return Err((line(node), "`distortion_model` is no name of a model".to_owned())),
+        Some((node, _)) => return Err((place(node), "`distortion_model` is no name of a model".to_owned())),
         None if d.len() > 5 => "rational_polynomial".to_owned(),
         None => "plumb_bob".to_owned(),
     };
-    let at = find(root, "distortion_coefficients").map_or(1, line);
-    Distortion::named(&model, &d).map_err(|message| (at, message))?;
+    let at = find(root, "distortion_coefficients").and_then(place);
+    Distortion::named(&model, &d).map_err(|message| (at.clone(), message))?;
     let unity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     let r =
         find(root, "rectification_matrix").map_or(Ok(unity), |node| matrix(node, "rectification_matrix"))?;
@@ -159,30 +174,30 @@ pub fn parse_calibration(text: &str) -> Result<CameraInfo, Fault> {
         ..CameraInfo::default()
     };
     CameraModel::calibrated(&info, [width, height].map(|pixels| pixels as usize), false)
-        .map_err(|message| (find(root, "camera_matrix").map_or(1, line), message))?;
+        .map_err(|message| (find(root, "camera_matrix").and_then(place), message))?;
     Ok(info)
 }
 
-fn matrix<const N: usize>(node: &MarkedYaml<'_>, key: &str) -> Result<[f64; N], Fault> {
+fn matrix<const N: usize>(node: &MarkedYaml<'_>, key: &str) -> Result<[f64; N], Wrong> {
     let numbers = numbers(node, key)?;
     let count = numbers.len();
     numbers
         .try_into()
-        .map_err(|_| (line(node), format!("`{key}` has {count} numbers: expected {N}")))
+        .map_err(|_| (place(node), format!("`{key}` has {count} numbers: expected {N}")))
 }
 
 /// Reads `{ rows: .., cols: .., data: [..] }`.
-fn numbers(node: &MarkedYaml<'_>, key: &str) -> Result<Vec<f64>, Fault> {
+fn numbers(node: &MarkedYaml<'_>, key: &str) -> Result<Vec<f64>, Wrong> {
     let data =
         find(node, "data").and_then(|data| untagged(data).data.as_sequence().map(|items| (data, items)));
     let Some((data, items)) = data else {
-        return Err((line(node), format!("`{key}` has no list `data` of numbers")));
+        return Err((place(node), format!("`{key}` has no list `data` of numbers")));
     };
     let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
     numbers.ok_or_else(|| {
         (
-            line(data),
-            format!("`data` of `{key}` has something that is no finite number"),
+            place(data),
+            format!("`data` of `{key}` has something that is not a finite number"),
         )
     })
 }
@@ -196,11 +211,11 @@ fn number(node: &MarkedYaml<'_>) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn required<'n>(root: &'n MarkedYaml<'n>, key: &str) -> Result<&'n MarkedYaml<'n>, Fault> {
+fn required<'n>(root: &'n MarkedYaml<'n>, key: &str) -> Result<&'n MarkedYaml<'n>, Wrong> {
     find(root, key).ok_or_else(|| {
         (
-            1,
-            format!("this is no calibration of a camera: it has no `{key}`"),
+            None,
+            format!("this is not a calibration of a camera: it has no `{key}`"),
         )
     })
 }
@@ -221,8 +236,8 @@ fn untagged<'n>(node: &'n MarkedYaml<'n>) -> &'n MarkedYaml<'n> {
     }
 }
 
-fn line(node: &MarkedYaml<'_>) -> usize {
-    node.span.start.line()
+fn place(node: &MarkedYaml<'_>) -> Option<Range<usize>> {
+    Some(node.span.start.index()..node.span.end.index())
 }
 
 #[cfg(test)]
@@ -254,7 +269,7 @@ projection_matrix:
 
     #[test]
     fn a_file_of_ros_gives_the_raw_and_the_rectified_camera() {
-        let info = parse_calibration(FILE).unwrap();
+        let info = parse(FILE).unwrap();
         assert_eq!(
             (info.width, info.height, info.distortion_model.as_str()),
             (640, 480, "plumb_bob")
@@ -273,13 +288,14 @@ projection_matrix:
         let text = FILE
             .replace("camera_matrix:\n", "camera_matrix: !!opencv-matrix\n")
             .replace("distortion_model: plumb_bob\n", "");
-        let info = parse_calibration(&format!("%YAML:1.0\n---\n{text}")).unwrap();
-        assert_eq!(info.k, parse_calibration(FILE).unwrap().k);
+        let text = format!("%YAML:1.0\n---\n{text}");
+        let info = parse_calibration(Path::new("c.yaml"), &text).unwrap();
+        assert_eq!(info.k, parse(FILE).unwrap().k);
     }
 
     #[test]
     fn pictures_of_another_size_or_of_a_part_are_no_surprise() {
-        let mut info = parse_calibration(FILE).unwrap();
+        let mut info = parse(FILE).unwrap();
         let message = CameraModel::calibrated(&info, [320, 240], false).unwrap_err();
         assert!(
             message.contains("640 x 480 pixels, and these have 320 x 240"),
@@ -303,28 +319,30 @@ projection_matrix:
     }
 
     #[test]
-    fn what_is_no_calibration_is_refused_with_its_line() {
-        let wrong = |from: &str, to: &str| parse_calibration(&FILE.replace(from, to)).unwrap_err();
-        let (line, message) = wrong("data: [600., 0., 319.5", "data: [0., 0., 319.5");
-        assert!(
-            message.contains("focal lengths [0.0, 610.0]") && line == 5,
-            "{line}: {message}"
-        );
-        let (line, message) = wrong("[-0.28, 0.09,", "[-0.28, many,");
-        assert_eq!(
-            (line, message.contains("no finite number")),
-            (12, true),
-            "{message}"
-        );
-        let (line, message) = wrong("plumb_bob", "fov");
-        assert!(
-            message.contains("`fov` is unknown") && line > 8,
-            "{line}: {message}"
-        );
-        let (_, message) = parse_calibration("image: map.pgm\nresolution: 0.05").unwrap_err();
-        assert!(message.contains("it has no `image_width`"), "{message}");
-        assert!(parse_calibration("a: [").unwrap_err().1.contains("invalid YAML"));
-        assert!(parse_calibration("").unwrap_err().1.contains("no calibration"));
+    fn what_is_no_calibration_is_refused_at_its_place() {
+        for (from, to, expected) in [
+            (
+                "data: [600., 0., 319.5",
+                "data: [0., 0., 319.5",
+                "c.yaml:5:3: the intrinsic matrix (K) has focal lengths [0.0, 610.0]",
+            ),
+            (
+                "[-0.28, 0.09,",
+                "[-0.28, many,",
+                "c.yaml:12:9: `data` of `distortion_coefficients` has something that is not a finite number",
+            ),
+            ("plumb_bob", "fov", "`fov` is unknown"),
+            (
+                "image_width",
+                "width",
+                "c.yaml: this is not a calibration of a camera: it has no `image_width`",
+            ),
+            ("image_width: 640", "a: [", "this is not YAML"),
+            (FILE, "", "c.yaml: this is not a calibration"),
+        ] {
+            let error = parse_calibration(Path::new("c.yaml"), &FILE.replace(from, to)).unwrap_err();
+            assert!(error.to_string().contains(expected), "{to}: {error}");
+        }
         let uncalibrated = CameraInfo {
             width: 2,
             height: 2,

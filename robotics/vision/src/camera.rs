@@ -6,7 +6,7 @@
 
 use core::f64::consts::TAU;
 
-use crate::blob::Run;
+use crate::blob::PixelRun;
 use crate::distortion::Distortion;
 
 /// A camera: a pinhole of two focal lengths in pixels and a place of the optical axis, behind a lens that may distort.
@@ -62,7 +62,7 @@ impl CameraModel {
     /// covers, so that a ball has the same size at the edge of the picture, where it appears elongated, as in
     /// the middle. A pixel where the lens shows nothing does not count.
     #[must_use]
-    pub fn observe<'run>(&self, runs: impl Iterator<Item = &'run Run>) -> Observation {
+    pub fn observe<'run>(&self, runs: impl Iterator<Item = &'run PixelRun>) -> Observation {
         let mut observation = Observation::default();
         for run in runs {
             for column in run.columns[0]..run.columns[1] {

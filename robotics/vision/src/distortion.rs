@@ -9,9 +9,9 @@ type Place = [f64; 2];
 type Slopes = [[f64; 2]; 2];
 
 /// Rounds of Newton's method. It needs about four; a place that takes more has no inverse nearby.
-const ROUNDS: usize = 30;
+const MAX_ITERATIONS: usize = 30;
 /// Difference of places at which they are the same: a millionth of a pixel of any camera.
-const SAME: f64 = 1e-10;
+const CONVERGED: f64 = 1e-10;
 
 /// A model of distortion with its coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ impl Distortion {
             }
         };
         let mut place = start;
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ITERATIONS {
             let (at, [[xx, xy], [yx, yy]]) = self.apply(place);
             let error = [at[0] - distorted[0], at[1] - distorted[1]];
             let determinant = xx * yy - xy * yx;
@@ -110,7 +110,7 @@ impl Distortion {
             if determinant.is_nan() || determinant <= 0.0 {
                 return None;
             }
-            if error[0].hypot(error[1]) < SAME {
+            if error[0].hypot(error[1]) < CONVERGED {
                 return Some(place);
             }
             place[0] -= (yy * error[0] - xy * error[1]) / determinant;

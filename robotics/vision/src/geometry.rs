@@ -24,7 +24,7 @@ impl CameraGeometry {
     pub fn new(file: &str, rectified: bool) -> Result<Self, String> {
         let file = match file {
             "" => None,
-            file => Some(read_calibration(Path::new(file))?),
+            file => Some(read_calibration(Path::new(file)).map_err(|faults| format!("{faults:#}"))?),
         };
         Ok(Self { file, rectified })
     }

@@ -11,14 +11,16 @@ mod distortion;
 mod geometry;
 mod mount;
 mod pixels;
+mod ports;
 
-pub use blob::{Blobs, Component, Run};
+pub use blob::{Blobs, Component, PixelRun};
 pub use calibration::{parse_calibration, read_calibration};
 pub use camera::{CameraModel, Observation};
 pub use color::{ColorRange, Hsv};
 pub use geometry::CameraGeometry;
 pub use mount::CameraMount;
 pub use pixels::{Pixels, UnknownPixels};
+pub use ports::CameraPorts;
 
 #[cfg(test)]
 mod tests;

@@ -49,22 +49,19 @@ pub struct Term {
 /// Computes the contract of every group of a valid specification. A group without known members has none.
 #[must_use]
 pub fn contract(spec: &Spec) -> Vec<GroupContract> {
-    let mut arbitration_times = vec![0; spec.schemas.len()];
+    let mut arbitration_times = spec.schemas.map_ids(|_| 0);
     for group in &spec.groups {
-        if let Some(father) = group
-            .father
-            .and_then(|father| arbitration_times.get_mut(father.index()))
-        {
+        if let Some(father) = group.father.and_then(|father| arbitration_times.get_mut(father)) {
             *father = arbitration(group).saturating_add(*father);
         }
     }
     let calculator = ContractCalculator {
         spec,
-        own: &|id| arbitration_times[id.index()],
+        own: &|id| arbitration_times[id],
     };
-    (0u32..)
-        .zip(&spec.groups)
-        .filter_map(|(index, group)| calculator.contract(GroupId(index), group))
+    let groups = spec.groups.entries();
+    groups
+        .filter_map(|(id, group)| calculator.contract(id, group))
         .collect()
 }
 
@@ -73,7 +70,7 @@ pub fn contract(spec: &Spec) -> Vec<GroupContract> {
 /// take in total.
 pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos) -> Option<Nanos> {
     let calculator = ContractCalculator { spec, own };
-    let group = spec.groups.get(id.index())?;
+    let group = spec.groups.get(id)?;
     let detection = calculator.detection_time(calculator.slowest_check(group)?);
     let father = arbitration(group).saturating_mul(2);
     let start = calculator.call_time(calculator.slowest_start(group)?);
@@ -206,7 +203,7 @@ impl ContractCalculator<'_> {
     /// Returns the first member with the longest time.
     fn slowest(&self, group: &GroupSpec, time: impl Fn(SchemaId) -> Nanos) -> Option<SchemaId> {
         let members = group.members.iter().rev().copied();
-        let known = members.filter(|id| id.index() < self.spec.schemas.len());
+        let known = members.filter(|id| self.spec.schemas.get(*id).is_some());
         known.max_by_key(|id| time(*id))
     }
 
@@ -217,7 +214,7 @@ impl ContractCalculator<'_> {
     }
 
     fn before_check(&self, id: SchemaId) -> Nanos {
-        let schema = &self.spec.schemas[id.index()];
+        let schema = &self.spec.schemas[id];
         if schema.triggered {
             schema.budget
         } else {
@@ -227,7 +224,7 @@ impl ContractCalculator<'_> {
 
     fn detection_terms(&self, id: SchemaId) -> Vec<Term> {
         let name = self.name(id);
-        let schema = &self.spec.schemas[id.index()];
+        let schema = &self.spec.schemas[id];
         let before = match schema.budget.checked_div(schema.period).unwrap_or(0) {
             _ if schema.triggered => format!("turn of {name} that is under way"),
             0 => format!("period of {name}"),
@@ -246,15 +243,15 @@ impl ContractCalculator<'_> {
             ("arbitration by the father".to_owned(), time),
         ]);
         let patience = "patience with the loser".to_owned();
-        let look = format!("look of {name} before it acts");
-        terms.extend(self.call_terms(patience, group.patience, slowest_start, look));
+        let check = format!("check of {name} before it acts");
+        terms.extend(self.call_terms(patience, group.patience, slowest_start, check));
         terms
     }
 
     /// The times until a call of a schema has ended. What may be under way when it is due comes first: a
     /// drawing and a gesture, an arbitration and another that waits for it.
     fn call_times(&self, id: SchemaId) -> [Nanos; 3] {
-        let budget = self.spec.schemas[id.index()].budget;
+        let budget = self.spec.schemas[id].budget;
         [self.panel(id), (self.own)(id).saturating_mul(2), budget]
     }
 
@@ -312,14 +309,14 @@ impl ContractCalculator<'_> {
     /// Returns the time from one due turn to the next: whole periods, as many as an iteration takes at most
     /// (R11).
     fn between_turns(&self, id: SchemaId) -> Nanos {
-        let schema = &self.spec.schemas[id.index()];
+        let schema = &self.spec.schemas[id];
         let skipped = schema.budget.checked_div(schema.period).unwrap_or(0);
         schema.period.saturating_mul(skipped.saturating_add(1))
     }
 
     /// Returns the time for a drawing that is under way and a gesture after it.
     fn panel(&self, id: SchemaId) -> Nanos {
-        let schema = &self.spec.schemas[id.index()];
+        let schema = &self.spec.schemas[id];
         if schema.panel {
             schema.budget.saturating_mul(2)
         } else {
@@ -328,7 +325,7 @@ impl ContractCalculator<'_> {
     }
 
     fn name(&self, id: SchemaId) -> String {
-        self.spec.schemas[id.index()].name.clone()
+        self.spec.schemas[id].name.clone()
     }
 }
 

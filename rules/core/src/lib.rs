@@ -2,8 +2,8 @@
 //!
 //! A [`Spec`] states the father of each schema, the schemas that it needs, and the policy of each group. A
 //! [`Hierarchy`] is made from it. Callers report events (a check, the begin or the end of an iteration, a
-//! fault, a timer) through its methods, which emit [`Effect`]s. Callers apply the effects in order, inside
-//! the same transaction. The executors drive a hierarchy in real time or in virtual time (R16).
+//! fault, a timer) by a [`Transaction`], which emits [`Effect`]s. Callers apply them in order, before the next
+//! transaction. The executors drive a hierarchy in real time or in virtual time (R16).
 //!
 //! The crate refuses to use a clock, a thread, a file or a random number. Everything that the rules do not
 //! decide is an argument, so the same calls give the same effects to the bit. An unknown identifier never
@@ -18,20 +18,21 @@
 //!     schemas: vec![
 //!         SchemaSpec::new("stop", Kind::Motor, 200 * ms),
 //!         SchemaSpec::new("goon", Kind::Motor, 75 * ms),
-//!     ],
-//!     groups: vec![GroupSpec::new("roots", None, vec![stop, goon])],
+//!     ]
+//!     .into(),
+//!     groups: vec![GroupSpec::new("roots", None, vec![stop, goon])].into(),
 //! };
 //! let mut hierarchy = Hierarchy::new(spec).expect("a sound specification");
 //! let mut effects = Vec::new();
-//! hierarchy.start(0, &mut effects);
-//! hierarchy.checked(1 * ms, goon, Check { ready: true, urgency: 0.0, cause: 0 }, &mut effects);
+//! hierarchy.at(0, &mut effects).start();
+//! hierarchy.at(1 * ms, &mut effects).checked(goon, Check { ready: true, urgency: 0.0, cause: 0 });
 //! assert!(hierarchy.has_authority(goon));
-//! assert!(hierarchy.begin(2 * ms, goon, &mut effects));
+//! assert!(hierarchy.at(2 * ms, &mut effects).begin(goon));
 //!
 //! // stop becomes ready while goon iterates: goon keeps its authority until its iteration has ended.
-//! hierarchy.checked(3 * ms, stop, Check { ready: true, urgency: 0.0, cause: 2 * ms }, &mut effects);
+//! hierarchy.at(3 * ms, &mut effects).checked(stop, Check { ready: true, urgency: 0.0, cause: 2 * ms });
 //! assert!(hierarchy.has_authority(goon) && !hierarchy.has_authority(stop));
-//! hierarchy.end(4 * ms, goon, &mut effects);
+//! hierarchy.at(4 * ms, &mut effects).end(goon);
 //! assert!(!hierarchy.has_authority(goon) && hierarchy.has_authority(stop));
 //! ```
 
@@ -44,11 +45,12 @@ mod refused;
 mod spec;
 mod spec_error;
 mod state;
+mod table;
 mod validate;
 
 pub use contract::{GroupContract, TakeoverBound, Term, contract};
 pub use effect::{Effect, Level};
-pub use hierarchy::{ArbitrationReply, Check, Handover, Hierarchy, Operator, Timer};
+pub use hierarchy::{ArbitrationReply, Check, Handover, Hierarchy, Operator, Timer, Transaction};
 pub use policy::{NumberParameter, POLICIES, Policy, PolicyKind, TimeParameter};
 pub use record::{Candidate, Case, Cause, Decider, Record};
 pub use refused::Refused;
@@ -58,3 +60,4 @@ pub use spec::{
 };
 pub use spec_error::SpecError;
 pub use state::{ActuationState, Health, Hold, HoldAction, Holder, Requester, State};
+pub use table::{Id, Table};

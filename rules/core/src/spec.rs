@@ -5,6 +5,7 @@
 use std::time::Duration;
 
 use crate::policy::Policy;
+use crate::table::{Id, Table};
 
 /// Nanoseconds since the application's start.
 pub type Nanos = u64;
@@ -44,18 +45,24 @@ pub struct GroupId(
     pub u32,
 );
 
-impl SchemaId {
-    /// Returns the index as a `usize`.
-    #[must_use]
-    pub const fn index(self) -> usize {
+impl Id for SchemaId {
+    fn new(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    #[inline]
+    fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-impl GroupId {
-    /// Returns the index as a `usize`.
-    #[must_use]
-    pub const fn index(self) -> usize {
+impl Id for GroupId {
+    fn new(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    #[inline]
+    fn index(self) -> usize {
         self.0 as usize
     }
 }
@@ -63,10 +70,10 @@ impl GroupId {
 /// Describes all schemas of an application and the groups in which its motor schemas compete.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Spec {
-    /// The schemas; a [`SchemaId`] is an index into this list.
-    pub schemas: Vec<SchemaSpec>,
-    /// The groups; a [`GroupId`] is an index into this list.
-    pub groups: Vec<GroupSpec>,
+    /// The schemas.
+    pub schemas: Table<SchemaId, SchemaSpec>,
+    /// The groups.
+    pub groups: Table<GroupId, GroupSpec>,
 }
 
 /// Describes one schema.

@@ -29,12 +29,12 @@ impl Spec {
 
     fn name(&self, id: SchemaId) -> String {
         self.schemas
-            .get(id.index())
+            .get(id)
             .map_or_else(|| format!("#{}", id.0), |s| s.name.clone())
     }
 
     fn is_kind(&self, id: SchemaId, kind: Kind) -> bool {
-        self.schemas.get(id.index()).is_some_and(|s| s.kind == kind)
+        self.schemas.get(id).is_some_and(|s| s.kind == kind)
     }
 
     fn check_names(&self, faults: &mut Vec<SpecError>) {
@@ -63,7 +63,7 @@ impl Spec {
                 });
             }
             for &need in &schema.needs {
-                if need.index() >= self.schemas.len() {
+                if self.schemas.get(need).is_none() {
                     faults.push(SpecError::UnknownSchema {
                         by: schema.name.clone(),
                         index: need.0,
@@ -84,7 +84,7 @@ impl Spec {
             faults.push(SpecError::EmptyGroup { group: name() });
         }
         for &id in group.father.iter().chain(&group.members) {
-            if id.index() >= self.schemas.len() {
+            if self.schemas.get(id).is_none() {
                 faults.push(SpecError::UnknownSchema {
                     by: name(),
                     index: id.0,
@@ -134,8 +134,8 @@ impl Spec {
                 }
             }
         }
-        for (index, schema) in (0u32..).zip(&self.schemas) {
-            if schema.kind == Kind::Motor && !first.contains_key(&SchemaId(index)) {
+        for (id, schema) in self.schemas.entries() {
+            if schema.kind == Kind::Motor && !first.contains_key(&id) {
                 faults.push(SpecError::NoGroup {
                     schema: schema.name.clone(),
                 });
@@ -159,7 +159,7 @@ impl Spec {
     fn check_need_cycles(&self, faults: &mut Vec<SpecError>) {
         let perceptive = |id: &SchemaId| self.is_kind(*id, Kind::Perceptive);
         let needs = |id: SchemaId| {
-            self.schemas[id.index()]
+            self.schemas[id]
                 .needs
                 .iter()
                 .copied()
@@ -173,34 +173,33 @@ impl Spec {
 
     /// Returns the first cycle along `next`, found by a depth-first search without recursion.
     fn find_cycle(&self, next: impl Fn(SchemaId) -> Vec<SchemaId>) -> Option<Vec<String>> {
-        let mut done = vec![false; self.schemas.len()];
+        let mut done = self.schemas.map_ids(|_| false);
         let mut on_path = done.clone();
-        for start in 0..self.schemas.len() {
-            let start = SchemaId(u32::try_from(start).ok()?);
-            if done[start.index()] {
+        for start in self.schemas.ids() {
+            if done[start] {
                 continue;
             }
             let mut path = vec![(start, next(start))];
-            on_path[start.index()] = true;
+            on_path[start] = true;
             while let Some((current, rest)) = path.last_mut() {
                 let current = *current;
                 let Some(successor) = rest.pop() else {
-                    done[current.index()] = true;
-                    on_path[current.index()] = false;
+                    done[current] = true;
+                    on_path[current] = false;
                     path.pop();
                     continue;
                 };
-                if successor.index() >= done.len() || done[successor.index()] {
+                if done.get(successor).is_none_or(|done| *done) {
                     continue;
                 }
-                if on_path[successor.index()] {
+                if on_path[successor] {
                     let start = path.iter().position(|&(id, _)| id == successor)?;
                     let mut labels: Vec<String> =
                         path[start..].iter().map(|&(id, _)| self.name(id)).collect();
                     labels.push(self.name(successor));
                     return Some(labels);
                 }
-                on_path[successor.index()] = true;
+                on_path[successor] = true;
                 path.push((successor, next(successor)));
             }
         }

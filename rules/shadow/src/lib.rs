@@ -4,33 +4,33 @@
 //! The tests of the rules and the campaign of faults share it. Its checks do not use the code under test: it
 //! rebuilds states and authority from the effects, and takes fathers and members from the specification.
 
-use jde_core::{Decider, Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State};
+use jde_core::{Decider, Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State, Table};
 
 /// The state of the hierarchy according to the effects so far. Errors name the violated rule.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shadow {
-    states: Vec<State>,
-    authority: Vec<bool>,
+    states: Table<SchemaId, State>,
+    authority: Table<SchemaId, bool>,
     /// The running iterations, as the executor knows them, and whether each was abandoned.
-    running: Vec<Option<Abandoned>>,
-    braked: Vec<bool>,
+    running: Table<SchemaId, Option<Abandoned>>,
+    braked: Table<GroupId, bool>,
     /// Schemas that had authority since the last takeover or brake of their commands: a command of them may
     /// be in force.
-    may_command: Vec<bool>,
+    may_command: Table<SchemaId, bool>,
     /// How far each schema with authority is in taking over.
-    takeover_phases: Vec<TakeoverPhase>,
+    takeover_phases: Table<SchemaId, TakeoverPhase>,
     /// The schema whose first iteration has ended, until the commands that it did not write lapse.
     lapsing: Option<SchemaId>,
     /// Schemas that faulted as WINNER and have not restarted.
-    faulted: Vec<bool>,
+    faulted: Table<SchemaId, bool>,
     /// Schemas whose command a guard refused, until their retry (R18), also if they sleep meanwhile.
-    refused: Vec<bool>,
+    refused: Table<SchemaId, bool>,
     /// Schemas of which a debugger holds a call.
-    debugged: Vec<bool>,
+    debugged: Table<SchemaId, bool>,
     /// The last choice of each group (R15).
-    chosen: Vec<Option<SchemaId>>,
+    chosen: Table<GroupId, Option<SchemaId>>,
     /// Groups that slept since their last selection.
-    slept: Vec<bool>,
+    slept: Table<GroupId, bool>,
     shut_down: bool,
 }
 
@@ -53,35 +53,35 @@ impl Shadow {
     #[must_use]
     pub fn new(spec: &Spec) -> Self {
         Self {
-            states: vec![State::Slept; spec.schemas.len()],
-            authority: vec![false; spec.schemas.len()],
-            running: vec![None; spec.schemas.len()],
-            braked: vec![false; spec.groups.len()],
-            may_command: vec![false; spec.schemas.len()],
-            takeover_phases: vec![TakeoverPhase::Settled; spec.schemas.len()],
+            states: spec.schemas.map_ids(|_| State::Slept),
+            authority: spec.schemas.map_ids(|_| false),
+            running: spec.schemas.map_ids(|_| None),
+            braked: spec.groups.map_ids(|_| false),
+            may_command: spec.schemas.map_ids(|_| false),
+            takeover_phases: spec.schemas.map_ids(|_| TakeoverPhase::Settled),
             lapsing: None,
-            faulted: vec![false; spec.schemas.len()],
-            refused: vec![false; spec.schemas.len()],
-            debugged: vec![false; spec.schemas.len()],
-            chosen: vec![None; spec.groups.len()],
-            slept: vec![true; spec.groups.len()],
+            faulted: spec.schemas.map_ids(|_| false),
+            refused: spec.schemas.map_ids(|_| false),
+            debugged: spec.schemas.map_ids(|_| false),
+            chosen: spec.groups.map_ids(|_| None),
+            slept: spec.groups.map_ids(|_| true),
             shut_down: false,
         }
     }
 
     /// Records that an iteration began.
     pub fn begin_iteration(&mut self, id: SchemaId) {
-        self.running[id.index()] = Some(Abandoned::No);
-        if self.takeover_phases[id.index()] == TakeoverPhase::New {
-            self.takeover_phases[id.index()] = TakeoverPhase::First;
+        self.running[id] = Some(Abandoned::No);
+        if self.takeover_phases[id] == TakeoverPhase::New {
+            self.takeover_phases[id] = TakeoverPhase::First;
         }
     }
 
     /// Records that an iteration ended. Must be called before the hierarchy gets the end.
     pub fn end_iteration(&mut self, id: SchemaId) {
-        self.running[id.index()] = None;
-        if self.takeover_phases[id.index()] == TakeoverPhase::First {
-            self.takeover_phases[id.index()] = TakeoverPhase::Settled;
+        self.running[id] = None;
+        if self.takeover_phases[id] == TakeoverPhase::First {
+            self.takeover_phases[id] = TakeoverPhase::Settled;
             self.lapsing = Some(id);
         }
     }
@@ -89,19 +89,19 @@ impl Shadow {
     /// Records that a debugger holds a call of the schema, or lets it go on. Must be called before the hierarchy is
     /// told.
     pub fn set_debugged(&mut self, id: SchemaId, debugged: bool) {
-        self.debugged[id.index()] = debugged && self.state(id) != State::Slept;
+        self.debugged[id] = debugged && self.state(id) != State::Slept;
     }
 
     /// Returns whether an iteration of the schema runs.
     #[must_use]
     pub fn is_running(&self, id: SchemaId) -> bool {
-        self.running[id.index()].is_some()
+        self.running[id].is_some()
     }
 
     /// Returns whether the running iteration of the schema was abandoned.
     #[must_use]
     pub fn is_abandoned(&self, id: SchemaId) -> bool {
-        self.running[id.index()] == Some(Abandoned::Yes)
+        self.running[id] == Some(Abandoned::Yes)
     }
 
     /// Records that the application shuts down, so every group brakes.
@@ -135,14 +135,14 @@ impl Shadow {
         }
         let paths = self.winning_paths(spec);
         for id in ids(spec) {
-            check(self.states[id.index()] == h.state(id), || {
+            check(self.states[id] == h.state(id), || {
                 format!("the effects do not agree with the state of {id:?}")
             })?;
-            check(self.authority[id.index()] == h.has_authority(id), || {
+            check(self.authority[id] == h.has_authority(id), || {
                 format!("the effects do not agree with the authority of {id:?}")
             })?;
-            let chain = spec.schemas[id.index()].kind == Kind::Motor && paths[id.index()];
-            check(self.refused[id.index()] == h.is_refused(id), || {
+            let chain = spec.schemas[id].kind == Kind::Motor && paths[id];
+            check(self.refused[id] == h.is_refused(id), || {
                 format!("the effects do not agree with the refusal of {id:?}")
             })?;
             check(h.has_authority(id) == chain, || {
@@ -154,7 +154,7 @@ impl Shadow {
             let winners: Vec<_> = group
                 .members
                 .iter()
-                .filter(|m| self.states[m.index()] == State::Winner)
+                .filter(|m| self.states[**m] == State::Winner)
                 .collect();
             check(winners.len() <= 1, || {
                 format!("R1: two winners in {}", group.name)
@@ -178,7 +178,7 @@ impl Shadow {
                 check(self.state(id) != State::Slept, || {
                     "a sleeping schema goes to sleep".into()
                 })?;
-                check(!self.authority[id.index()], || {
+                check(!self.authority[id], || {
                     "R7: a schema with authority goes to sleep".into()
                 })?;
                 check(self.all_slept_below(spec, id), || {
@@ -188,50 +188,46 @@ impl Shadow {
                     "R10: a running iteration is not marked as abandoned".into()
                 })?;
                 if abandoned {
-                    self.running[id.index()] = Some(Abandoned::Yes);
+                    self.running[id] = Some(Abandoned::Yes);
                 }
-                self.debugged[id.index()] = false;
+                self.debugged[id] = false;
                 Ok(())
             }
             Effect::TakesOver { group, id } => {
-                let index = group.index();
-                check(group_of(spec, id) == Some(index), || {
+                check(group_of(spec, id) == Some(group), || {
                     "R7: a schema takes over in a group that is not its own".into()
                 })?;
-                for other in level(spec, index) {
-                    check(!self.authority[other.index()], || {
+                for other in level(spec, group) {
+                    check(!self.authority[other], || {
                         format!("R7: it takes over from {other:?}, which has authority")
                     })?;
-                    self.may_command[other.index()] = false;
+                    self.may_command[other] = false;
                 }
                 Ok(())
             }
             Effect::Granted(id) => {
                 if let Some(group) = group_of(spec, id) {
                     for other in level(spec, group) {
-                        check(!self.may_command[other.index()], || {
+                        check(!self.may_command[other], || {
                             format!("R7: a command of {other:?} is in force and was not taken over")
                         })?;
                     }
                 }
-                self.may_command[id.index()] = true;
-                self.takeover_phases[id.index()] = TakeoverPhase::New;
-                check(!self.authority[id.index()], || {
-                    "authority is granted twice".into()
-                })?;
+                self.may_command[id] = true;
+                self.takeover_phases[id] = TakeoverPhase::New;
+                check(!self.authority[id], || "authority is granted twice".into())?;
                 check(self.state(id) == State::Winner, || {
                     "R7: authority without being WINNER".into()
                 })?;
                 let father = group_of(spec, id).and_then(|g| spec.groups[g].father);
-                let delegates = |f: SchemaId| self.authority[f.index()] && !self.debugged[f.index()];
+                let delegates = |f: SchemaId| self.authority[f] && !self.debugged[f];
                 check(father.is_none_or(delegates), || {
                     "R7: authority below a father without authority, or that a debugger holds".into()
                 })?;
-                self.authority[id.index()] = true;
-                check(
-                    self.siblings(spec, id).all(|s| !self.authority[s.index()]),
-                    || "R1: two members of a group have authority".into(),
-                )
+                self.authority[id] = true;
+                check(self.siblings(spec, id).all(|s| !self.authority[s]), || {
+                    "R1: two members of a group have authority".into()
+                })
             }
             Effect::Lapsed(id) => {
                 check(self.lapsing == Some(id), || {
@@ -241,26 +237,26 @@ impl Shadow {
                 Ok(())
             }
             Effect::Refused(id) => {
-                check(self.authority[id.index()], || {
+                check(self.authority[id], || {
                     "R18: a schema without authority is refused".into()
                 })?;
-                self.refused[id.index()] = true;
-                self.takeover_phases[id.index()] = TakeoverPhase::Settled;
+                self.refused[id] = true;
+                self.takeover_phases[id] = TakeoverPhase::Settled;
                 Ok(())
             }
-            Effect::Retries(id) => check(std::mem::take(&mut self.refused[id.index()]), || {
+            Effect::Retries(id) => check(std::mem::take(&mut self.refused[id]), || {
                 "R18: a schema retries that was not refused".into()
             }),
             Effect::Withdrawn(id) => {
-                self.takeover_phases[id.index()] = TakeoverPhase::Settled;
-                check(self.authority[id.index()], || {
+                self.takeover_phases[id] = TakeoverPhase::Settled;
+                check(self.authority[id], || {
                     "authority is withdrawn from a schema without authority".into()
                 })?;
                 let below = below(spec, id);
-                check(below.iter().all(|b| !self.authority[b.index()]), || {
+                check(below.iter().all(|b| !self.authority[*b]), || {
                     "R7: authority of a father is withdrawn before that of its children".into()
                 })?;
-                self.authority[id.index()] = false;
+                self.authority[id] = false;
                 Ok(())
             }
             Effect::Promoted(id) => {
@@ -277,48 +273,45 @@ impl Shadow {
                 // subtree when it is demoted.
                 check(
                     self.siblings(spec, id)
-                        .all(|s| self.running[s.index()] != Some(Abandoned::No)),
+                        .all(|s| self.running[s] != Some(Abandoned::No)),
                     || "R1: promoted while the loser iterates with authority".into(),
                 )
             }
             Effect::Demoted(id) => {
-                check(!self.authority[id.index()], || {
-                    "R7: demoted with authority".into()
-                })?;
+                check(!self.authority[id], || "R7: demoted with authority".into())?;
                 check(self.all_slept_below(spec, id), || {
                     "R5: demoted before its subtree sleeps".into()
                 })?;
                 if self.is_running(id) {
-                    self.running[id.index()] = Some(Abandoned::Yes);
+                    self.running[id] = Some(Abandoned::Yes);
                 }
                 Ok(())
             }
             Effect::Brake { group } => {
-                let index = group.index();
-                let members = &spec.groups[index].members;
+                let members = &spec.groups[group].members;
                 // A second brake ends the commands of members that slept during a cancelled handover.
                 let all_asleep = members.iter().all(|&m| self.state(m) == State::Slept);
-                check(self.shut_down || all_asleep || !self.braked[index], || {
+                check(self.shut_down || all_asleep || !self.braked[group], || {
                     "R9: a group brakes twice".into()
                 })?;
                 check(
                     self.shut_down || members.iter().all(|&m| self.state(m) != State::Winner),
                     || "R9: a group with a winner brakes".into(),
                 )?;
-                self.braked[index] = true;
-                for other in level(spec, index) {
-                    self.may_command[other.index()] = self.authority[other.index()];
+                self.braked[group] = true;
+                for other in level(spec, group) {
+                    self.may_command[other] = self.authority[other];
                 }
                 Ok(())
             }
-            Effect::Hold { group, .. } => check(!self.braked[group.index()], || {
+            Effect::Hold { group, .. } => check(!self.braked[group], || {
                 "R9: a group holds after it has braked".into()
             }),
             Effect::Changed { id, from, to } => {
                 check(self.state(id) == from && from != to, || {
                     "a change from another state".into()
                 })?;
-                self.states[id.index()] = to;
+                self.states[id] = to;
                 if let Some(group) = group_of(spec, id) {
                     let members = &spec.groups[group].members;
                     let winners = members
@@ -343,10 +336,7 @@ impl Shadow {
                 check(record.changed == (record.before != record.choice), || {
                     "R15: `changed` is wrong".into()
                 })?;
-                let ready = record
-                    .candidates
-                    .iter()
-                    .find(|c| c.ready && self.refused[c.id.index()]);
+                let ready = record.candidates.iter().find(|c| c.ready && self.refused[c.id]);
                 check(ready.is_none(), || {
                     format!("R18: a refused schema is READY: {ready:?}")
                 })?;
@@ -354,18 +344,17 @@ impl Shadow {
                     record.decider,
                     Decider::Operator | Decider::Father | Decider::ArbitrationFailed
                 );
-                check(
-                    !by_rule || record.choice.is_none_or(|c| !self.refused[c.index()]),
-                    || "R18: a refused schema is chosen".into(),
-                )?;
+                check(!by_rule || record.choice.is_none_or(|c| !self.refused[c]), || {
+                    "R18: a refused schema is chosen".into()
+                })?;
                 check(record.cause_time <= record.time, || {
                     "R15: a cause after its effect".into()
                 })?;
-                let chosen = std::mem::replace(&mut self.chosen[record.group.index()], record.choice);
+                let chosen = std::mem::replace(&mut self.chosen[record.group], record.choice);
                 // A group forgets its choice when all its members sleep, when the chosen schema was put to
                 // sleep, or when no schema was chosen.
-                let slept = std::mem::take(&mut self.slept[record.group.index()]);
-                let put_to_sleep = |id: SchemaId| self.state(id) == State::Slept && !self.faulted[id.index()];
+                let slept = std::mem::take(&mut self.slept[record.group]);
+                let put_to_sleep = |id: SchemaId| self.state(id) == State::Slept && !self.faulted[id];
                 let forgotten = slept || chosen.is_none_or(put_to_sleep);
                 check(record.before == chosen || forgotten, || {
                     format!("R15: {chosen:?} was chosen before")
@@ -377,7 +366,7 @@ impl Shadow {
             }),
             Effect::Health { id, ref health } => {
                 let wins = self.state(id) == State::Winner;
-                self.faulted[id.index()] = wins && matches!(health, Health::Faulted(_));
+                self.faulted[id] = wins && matches!(health, Health::Faulted(_));
                 Ok(())
             }
             Effect::Arbitrate { .. } => Ok(()),
@@ -387,13 +376,13 @@ impl Shadow {
     /// Returns the state of a schema.
     #[must_use]
     pub fn state(&self, id: SchemaId) -> State {
-        self.states[id.index()]
+        self.states[id]
     }
 
     /// Returns whether the schema may command and wake children (R7).
     #[must_use]
     pub fn has_authority(&self, id: SchemaId) -> bool {
-        self.authority[id.index()]
+        self.authority[id]
     }
 
     fn siblings<'a>(&self, spec: &'a Spec, id: SchemaId) -> impl Iterator<Item = SchemaId> + use<'a> {
@@ -410,38 +399,34 @@ impl Shadow {
 
     /// Returns which schemas are WINNER with all their fathers, of which a debugger holds none. Schemas in no group
     /// count as roots.
-    fn winning_paths(&self, spec: &Spec) -> Vec<bool> {
-        let mut fathers = vec![None; spec.schemas.len()];
+    fn winning_paths(&self, spec: &Spec) -> Table<SchemaId, bool> {
+        let mut fathers = spec.schemas.map_ids(|_| None);
         for group in &spec.groups {
             for member in &group.members {
-                fathers[member.index()] = group.father;
+                fathers[*member] = group.father;
             }
         }
         let wins = |id: SchemaId| self.state(id) == State::Winner;
-        let path = |id| std::iter::successors(Some(id), |id: &SchemaId| fathers[id.index()]);
-        let is_free = |id: SchemaId| wins(id) && !self.debugged[id.index()];
-        ids(spec)
-            .map(|id| wins(id) && path(id).skip(1).all(is_free))
-            .collect()
+        let path = |id| std::iter::successors(Some(id), |id: &SchemaId| fathers[*id]);
+        let is_free = |id: SchemaId| wins(id) && !self.debugged[id];
+        spec.schemas
+            .map_ids(|id| wins(id) && path(id).skip(1).all(is_free))
     }
 }
 
 /// Returns all schemas.
-///
-/// # Panics
-/// If there are more schemas than identifiers.
 pub fn ids(spec: &Spec) -> impl Iterator<Item = SchemaId> + use<> {
-    (0..u32::try_from(spec.schemas.len()).expect("a small specification")).map(SchemaId)
+    spec.schemas.ids()
 }
 
-/// Returns the index of the group in which the schema competes.
+/// Returns the group in which the schema competes.
 #[must_use]
-pub fn group_of(spec: &Spec, id: SchemaId) -> Option<usize> {
-    spec.groups.iter().position(|g| g.members.contains(&id))
+pub fn group_of(spec: &Spec, id: SchemaId) -> Option<GroupId> {
+    spec.groups.find(|g| g.members.contains(&id))
 }
 
 /// Returns the members of a group and everything below them.
-fn level(spec: &Spec, group: usize) -> Vec<SchemaId> {
+fn level(spec: &Spec, group: GroupId) -> Vec<SchemaId> {
     let members = &spec.groups[group].members;
     members
         .iter()

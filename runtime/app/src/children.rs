@@ -3,11 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
+use jde_abi::raw;
+use jde_core::{Id, SchemaId};
 
 use super::drafts::{Drafts, InstanceContext};
 use super::variable;
-use super::wiring::{is_modulation, position};
-use super::{Binding, ChildTarget};
+use super::wiring::is_modulation;
+use super::{Binding, ChildTarget, InstancePort, RoleId};
 use jde_document::section::Text;
 use jde_document::{FaultReport, quote};
 
@@ -17,20 +19,24 @@ const PERIOD: (&str, &str) = ("period", "std_msgs/msg/Float64");
 /// One child as a father names it.
 pub(super) struct NamedChild<'a> {
     /// The father's role for it; `None` if it cannot have one, which has been reported.
-    pub(super) role: Option<usize>,
-    pub(super) child: usize,
+    pub(super) role: Option<RoleId>,
+    pub(super) child: SchemaId,
     /// Its name in the file.
     pub(super) name: Text<'a>,
 }
 
 /// Reads `children` of an instance, in the file's order. Returns those that are schemas of the application.
-pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usize) -> Vec<NamedChild<'a>> {
-    let section = &drafts.list[index].section;
+pub(super) fn read<'a>(
+    report: &mut FaultReport,
+    drafts: &Drafts<'a>,
+    father: SchemaId,
+) -> Vec<NamedChild<'a>> {
+    let section = &drafts.list[father].section;
     let what = section.key("children");
-    let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
-    let mut places = HashMap::new();
+    let roles = drafts.schema(father).map_or(&[][..], |schema| &schema.children);
+    let mut ids = HashMap::new();
     for (place, role) in roles.iter().enumerate() {
-        places.entry(role.name.as_str()).or_insert(place);
+        ids.entry(role.name.as_str()).or_insert(RoleId::new(place));
     }
     let mut all: Vec<NamedChild> = Vec::new();
     let mut known = HashSet::new();
@@ -46,8 +52,8 @@ pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usi
                 .fault(&name.span, message)
                 .advise("a schema can have only one role: define a second instance of the same type");
         }
-        let place = places.get(role.text).copied();
-        let role = find_role(report, drafts, index, (&role, place), child, &name).filter(|_| !twice);
+        let id = ids.get(role.text).copied();
+        let role = find_role(report, drafts, father, (&role, id), child, &name).filter(|_| !twice);
         all.push(NamedChild { role, child, name });
     }
     if roles.iter().any(|role| role.many) {
@@ -66,18 +72,18 @@ pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usi
     all
 }
 
-/// Returns the role at `place`, if the father's type has it and the child fits it.
+/// Returns the role, if the father's type has it and the child fits it.
 fn find_role(
     report: &mut FaultReport,
     drafts: &Drafts,
-    father: usize,
-    (role, place): (&Text, Option<usize>),
-    child: usize,
+    father: SchemaId,
+    (role, id): (&Text, Option<RoleId>),
+    child: SchemaId,
     name: &Text,
-) -> Option<usize> {
+) -> Option<RoleId> {
     let what = drafts.list[father].section.key("children");
     let roles = &drafts.schema(father)?.children;
-    let Some(place) = place else {
+    let Some(id) = id else {
         report
             .fault(
                 &role.span,
@@ -86,8 +92,8 @@ fn find_role(
             .suggest(role.text, "roles", roles.iter().map(|role| role.name.as_str()));
         return None;
     };
-    let needed = match (roles[place].motor, drafts.schema(child)?.kind) {
-        (true, Kind::Motor) | (false, Kind::Perceptive | Kind::Driver) => return Some(place),
+    let needed = match (roles[id.index()].motor, drafts.schema(child)?.kind) {
+        (true, Kind::Motor) | (false, Kind::Perceptive | Kind::Driver) => return Some(id),
         (true, Kind::Perceptive | Kind::Driver) => Kind::Motor,
         (false, Kind::Motor) => Kind::Perceptive,
     };
@@ -113,7 +119,7 @@ pub(super) fn bind_modulations(
     for (port, binding) in instance.schema.ports.iter().zip(bindings) {
         if let (Role::ChildModulation { child: role }, Binding::ChildModulation { target }) =
             (&port.role, binding)
-            && let Some(child) = of_role.get(&Some(*role))
+            && let Some(child) = of_role.get(&Some(RoleId::new(*role)))
         {
             *target = modulation_target(report, instance, port, *role, child);
         }
@@ -145,8 +151,11 @@ fn modulation_target(
         }
         return Some(ChildTarget::Period(child.child));
     }
-    if let Some(place) = position(schema, is_modulation, &port.name) {
-        let found = (child.child, place);
+    if let Some(place) = schema.modulation_named(&port.name) {
+        let found = InstancePort {
+            instance: child.child,
+            port: place,
+        };
         return variable::can_bind(
             report,
             instance.drafts,
@@ -156,9 +165,9 @@ fn modulation_target(
             &child.name.span,
             || None,
         )
-        .then_some(ChildTarget::Port(child.child, place));
+        .then_some(ChildTarget::Port(found));
     }
-    if !port.optional {
+    if !port.has(raw::OPTIONAL) {
         let modulations = schema.ports.iter().filter(|port| is_modulation(port));
         report
             .fault(

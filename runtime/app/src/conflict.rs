@@ -5,17 +5,18 @@ use std::collections::HashMap;
 
 use super::Binding;
 use super::drafts::Drafts;
-use super::{GroupConfig, InstanceConfig};
+use super::{GroupConfig, InstanceConfig, InstancePort};
+use jde_core::{GroupId, SchemaId, Table};
 use jde_document::{FaultReport, quote};
 
 /// By father; `None` stands above all roots.
-type Claims = HashMap<Option<usize>, Claim>;
+type Claims = HashMap<Option<SchemaId>, Claim>;
 
 /// The user of the actuator in question at a father, or below it.
 #[derive(Clone, Copy)]
 enum Claim {
     Itself,
-    Below { group: usize, user: usize },
+    Below { group: GroupId, user: SchemaId },
 }
 
 /// Reports schemas that could command one actuator at the same time, each with one rival. Different members
@@ -23,11 +24,11 @@ enum Claim {
 pub(super) fn refuse_conflicts(
     report: &mut FaultReport,
     drafts: &Drafts,
-    instances: &[Option<InstanceConfig>],
-    groups: &[GroupConfig],
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
+    groups: &Table<GroupId, GroupConfig>,
 ) {
-    let mut claims: HashMap<(usize, usize), Claims> = HashMap::new();
-    for (user, instance) in instances.iter().enumerate() {
+    let mut claims: HashMap<InstancePort, Claims> = HashMap::new();
+    for (user, instance) in instances.entries() {
         let Some(instance) = instance else { continue };
         for (port, binding) in instance.bindings.iter().enumerate() {
             let Binding::Actuator { target: Some(target) } = *binding else {
@@ -40,7 +41,7 @@ pub(super) fn refuse_conflicts(
             let rival = drafts.quoted(rival);
             let role = &instance.schema.ports[port].name;
             let span = drafts.list[user].section.entry_span("actuators", role);
-            let command = command_name(drafts, target);
+            let command = drafts.quoted_port(target);
             let user = drafts.quoted(user);
             if rival == user {
                 report
@@ -66,11 +67,11 @@ pub(super) fn refuse_conflicts(
 fn claim(
     claims: &mut Claims,
     drafts: &Drafts,
-    instances: &[Option<InstanceConfig>],
-    groups: &[GroupConfig],
-    user: usize,
-) -> Option<(usize, String)> {
-    let above = |father: usize| format!("{} is above the other", drafts.quoted(father));
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
+    groups: &Table<GroupId, GroupConfig>,
+    user: SchemaId,
+) -> Option<(SchemaId, String)> {
+    let above = |father: SchemaId| format!("{} is above the other", drafts.quoted(father));
     match claims.insert(Some(user), Claim::Itself) {
         Some(Claim::Itself) => return Some((user, String::new())),
         Some(Claim::Below { user: below, .. }) => return Some((below, above(user))),
@@ -100,11 +101,4 @@ fn claim(
         child = father?;
     }
     None
-}
-
-fn command_name(drafts: &Drafts, (driver, port): (usize, usize)) -> String {
-    let port = drafts
-        .schema(driver)
-        .map_or("", |schema| &schema.ports[port].name);
-    quote(&format!("{}.{port}", drafts.list[driver].name))
 }

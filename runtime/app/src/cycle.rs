@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use jde_core::{SchemaId, Table};
+
 /// An edge: its target, and its position in the file.
-pub(super) type Edge = (usize, Range<usize>);
+pub(super) type Edge = (SchemaId, Range<usize>);
 
 /// The most cycles that are returned. Each may be as long as the file, and breaking some may break all.
 const MAX_CYCLES: usize = 20;
@@ -12,7 +14,7 @@ const MAX_CYCLES: usize = 20;
 const MAX_SHOWN: usize = 12;
 
 /// Formats the names of a cycle: `a -> b -> a`.
-pub(super) fn in_words(cycle: &[usize], name: impl Fn(usize) -> String) -> String {
+pub(super) fn in_words(cycle: &[SchemaId], name: impl Fn(SchemaId) -> String) -> String {
     let mut names: Vec<_> = cycle.iter().take(MAX_SHOWN).map(|node| name(*node)).collect();
     if cycle.len() > MAX_SHOWN {
         names[MAX_SHOWN - 1] = format!("{} more", cycle.len() - MAX_SHOWN);
@@ -23,11 +25,11 @@ pub(super) fn in_words(cycle: &[usize], name: impl Fn(usize) -> String) -> Strin
 
 /// Returns the cycles closed by edges, at most [`MAX_CYCLES`]: the nodes of the cycle, with the first again at the
 /// end, and the position of the closing edge.
-pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
+pub(super) fn find_cycles(edges: &Table<SchemaId, Vec<Edge>>) -> Vec<(Vec<SchemaId>, Range<usize>)> {
     let mut found = Vec::new();
-    let mut done = vec![false; edges.len()];
-    let mut on_path = vec![false; edges.len()];
-    for start in 0..edges.len() {
+    let mut done = edges.map_ids(|_| false);
+    let mut on_path = edges.map_ids(|_| false);
+    for start in edges.ids() {
         if done[start] || found.len() == MAX_CYCLES {
             continue;
         }
@@ -60,14 +62,17 @@ pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)
 
 #[cfg(test)]
 mod tests {
-    use super::find_cycles;
+    use super::{SchemaId, find_cycles};
 
-    fn cycles(edges: &[&[usize]]) -> Vec<Vec<usize>> {
-        let edges: Vec<Vec<_>> = edges
+    fn cycles(edges: &[&[u32]]) -> Vec<Vec<u32>> {
+        let edges = edges
             .iter()
-            .map(|to| to.iter().map(|to| (*to, 0..0)).collect())
+            .map(|to| to.iter().map(|to| (SchemaId(*to), 0..0)).collect())
             .collect();
-        find_cycles(&edges).into_iter().map(|(cycle, _)| cycle).collect()
+        let cycles = find_cycles(&edges).into_iter();
+        cycles
+            .map(|(cycle, _)| cycle.into_iter().map(|id| id.0).collect())
+            .collect()
     }
 
     #[test]
@@ -77,13 +82,13 @@ mod tests {
 
     #[test]
     fn two_paths_to_one_node_are_not_a_cycle() {
-        assert_eq!(cycles(&[&[1, 2], &[3], &[3], &[]]), Vec::<Vec<usize>>::new());
+        assert_eq!(cycles(&[&[1, 2], &[3], &[3], &[]]), Vec::<Vec<u32>>::new());
     }
 
     #[test]
     fn a_very_long_cycle_does_not_overflow_the_stack() {
-        let edges: Vec<_> = (0..100_000)
-            .map(|node| vec![((node + 1) % 100_000, 0..0)])
+        let edges = (0..100_000)
+            .map(|node| vec![(SchemaId((node + 1) % 100_000), 0..0)])
             .collect();
         assert_eq!(find_cycles(&edges).len(), 1);
     }

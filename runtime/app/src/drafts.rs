@@ -7,8 +7,10 @@ use std::sync::Arc;
 
 use jde_abi::describe::Schema;
 use jde_abi::lists::ListedPort;
+use jde_core::{Id, SchemaId, Table};
 use toml::de::DeValue;
 
+use super::InstancePort;
 use jde_document::section::{Section, Text, report_wrong_shape};
 use jde_document::{FaultReport, quote};
 
@@ -18,8 +20,8 @@ pub(super) const MAX_NAME_LENGTH: usize = 64;
 /// The schemas that a file defines, by number and by name.
 #[derive(Default)]
 pub(super) struct Drafts<'a> {
-    pub(super) list: Vec<Draft<'a>>,
-    indices: HashMap<&'a str, usize>,
+    pub(super) list: Table<SchemaId, Draft<'a>>,
+    ids: HashMap<&'a str, SchemaId>,
 }
 
 /// A schema that a file defines.
@@ -43,25 +45,25 @@ pub(super) struct ResolvedType {
 /// One instance, with access to the others.
 pub(super) struct InstanceContext<'d, 'a> {
     pub(super) drafts: &'d Drafts<'a>,
-    pub(super) index: usize,
+    pub(super) id: SchemaId,
     pub(super) schema: &'d Schema,
 }
 
 impl<'d, 'a> InstanceContext<'d, 'a> {
     pub(super) fn section(&self) -> &'d Section<'a> {
-        &self.drafts.list[self.index].section
+        &self.drafts.list[self.id].section
     }
 
     /// Returns the ports of its lists.
     pub(super) fn listed(&self) -> &'d [ListedPort] {
-        self.drafts.listed(self.index)
+        self.drafts.listed(self.id)
     }
 }
 
 impl<'a> Drafts<'a> {
     /// Returns the ports of an instance's lists.
-    pub(super) fn listed(&self, index: usize) -> &[ListedPort] {
-        let resolved = self.list[index].resolved.as_ref();
+    pub(super) fn listed(&self, id: SchemaId) -> &[ListedPort] {
+        let resolved = self.list[id].resolved.as_ref();
         resolved.map_or(&[], |found| &found.listed)
     }
 
@@ -82,7 +84,7 @@ impl<'a> Drafts<'a> {
                 continue;
             };
             refuse_bad_name(report, &name, "a schema");
-            drafts.indices.insert(name.text, drafts.list.len());
+            drafts.ids.insert(name.text, SchemaId::new(drafts.list.len()));
             drafts.list.push(Draft {
                 name: name.text,
                 section: Section::new(what, name.span.clone(), entries),
@@ -93,17 +95,25 @@ impl<'a> Drafts<'a> {
     }
 
     /// Returns the type of an instance; `None` if it is unknown.
-    pub(super) fn schema(&self, index: usize) -> Option<&Arc<Schema>> {
-        self.list[index].resolved.as_ref().map(|found| &found.schema)
+    pub(super) fn schema(&self, id: SchemaId) -> Option<&Arc<Schema>> {
+        self.list[id].resolved.as_ref().map(|found| &found.schema)
     }
 
     /// Returns the name of an instance, quoted.
-    pub(super) fn quoted(&self, index: usize) -> String {
-        quote(self.list[index].name)
+    pub(super) fn quoted(&self, id: SchemaId) -> String {
+        quote(self.list[id].name)
     }
 
-    pub(super) fn index_of(&self, name: &str) -> Option<usize> {
-        self.indices.get(name).copied()
+    /// Returns the name of a port of an instance, quoted.
+    pub(super) fn quoted_port(&self, InstancePort { instance, port }: InstancePort) -> String {
+        let port = self
+            .schema(instance)
+            .map_or("", |schema| &schema.ports[port].name);
+        quote(&format!("{}.{port}", self.list[instance].name))
+    }
+
+    pub(super) fn id_of(&self, name: &str) -> Option<SchemaId> {
+        self.ids.get(name).copied()
     }
 
     /// Returns the instance of that name; reports it if there is none. `what` names the place in messages:
@@ -114,9 +124,9 @@ impl<'a> Drafts<'a> {
         what: &str,
         name: &str,
         span: &Range<usize>,
-    ) -> Option<usize> {
-        let place = self.index_of(name);
-        if place.is_none() {
+    ) -> Option<SchemaId> {
+        let id = self.id_of(name);
+        if id.is_none() {
             report
                 .fault(
                     span,
@@ -124,7 +134,7 @@ impl<'a> Drafts<'a> {
                 )
                 .suggest(name, "schemas", self.list.iter().map(|draft| draft.name));
         }
-        place
+        id
     }
 }
 

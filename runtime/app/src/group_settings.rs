@@ -9,6 +9,7 @@ use jde_core::{
 use super::GroupConfig;
 use super::drafts::Drafts;
 use super::guards;
+use super::time;
 use jde_document::section::{Section, number, report_wrong_shape};
 use jde_document::{FaultReport, quote};
 
@@ -24,7 +25,7 @@ pub(super) struct GroupSettings {
     absence: Absence,
     patience_ns: Nanos,
     budget_ns: Nanos,
-    guard: Option<usize>,
+    guard: Option<SchemaId>,
     retry_ns: Nanos,
 }
 
@@ -38,7 +39,7 @@ pub(super) struct GroupContext<'n> {
     /// What the names of the members denote: "roles of this group".
     pub(super) members_noun: &'n str,
     /// The members by name, as possible fallbacks.
-    pub(super) members: &'n [(&'n str, usize)],
+    pub(super) members: &'n [(&'n str, SchemaId)],
 }
 
 impl GroupSettings {
@@ -65,14 +66,14 @@ impl GroupSettings {
         Self {
             policy: policy(report, section, default, arbitrates),
             absence: absence(report, section, context),
-            patience_ns: section.time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
-            budget_ns: section.time(report, "budget").unwrap_or(DEFAULT_BUDGET),
+            patience_ns: time::of(report, section, "patience").unwrap_or(DEFAULT_PATIENCE),
+            budget_ns: time::of(report, section, "budget").unwrap_or(DEFAULT_BUDGET),
             guard: guards::named(report, context.drafts, section),
-            retry_ns: section.time(report, "retry").unwrap_or(DEFAULT_RETRY),
+            retry_ns: time::of(report, section, "retry").unwrap_or(DEFAULT_RETRY),
         }
     }
 
-    pub(super) fn group(self, name: String, father: Option<usize>, members: Vec<usize>) -> GroupConfig {
+    pub(super) fn group(self, name: String, father: Option<SchemaId>, members: Vec<SchemaId>) -> GroupConfig {
         GroupConfig {
             name,
             father,
@@ -133,7 +134,7 @@ fn policy(report: &mut FaultReport, section: &Section, default: Policy, arbitrat
                 parameter.key,
                 &format!("{:?}", parameter.example),
             );
-            section.time(report, parameter.key).unwrap_or_default()
+            time::of(report, section, parameter.key).unwrap_or_default()
         }),
         kind.number
             .as_ref()
@@ -170,7 +171,7 @@ fn absence(
 ) -> Absence {
     let written = section.text(report, "absence");
     let name = written.as_ref().map(|written| written.text);
-    let hold = section.time(report, "hold");
+    let hold = time::of(report, section, "hold");
     let fallback = section.text(report, "fallback").and_then(|role| {
         let member = members.iter().find(|(name, _)| *name == role.text);
         if member.is_none() {
@@ -210,9 +211,7 @@ fn absence(
                 "fallback",
                 &format!("\"{example}\""),
             );
-            fallback.map_or(Absence::Brake, |child| {
-                Absence::Fallback(SchemaId(u32::try_from(child).unwrap_or(u32::MAX)))
-            })
+            fallback.map_or(Absence::Brake, Absence::Fallback)
         }
         other => {
             report

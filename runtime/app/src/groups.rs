@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use jde_abi::describe::Child;
+use jde_core::{Id, SchemaId};
 
 use super::GroupConfig;
 use super::children::NamedChild;
@@ -37,7 +38,7 @@ pub(super) fn of_roots(
 pub(super) fn of_father(
     report: &mut FaultReport,
     drafts: &Drafts,
-    father: usize,
+    father: SchemaId,
     children: &[NamedChild],
 ) -> Vec<GroupConfig> {
     let Some(schema) = drafts.schema(father) else {
@@ -48,7 +49,7 @@ pub(super) fn of_father(
     let many = schema.children.iter().any(|child| child.many);
     let mut known: Vec<&str> = Vec::new();
     // Of each group, the members with their places among the children.
-    let mut members: HashMap<&str, Vec<(usize, &Child, usize)>> = HashMap::new();
+    let mut members: HashMap<&str, Vec<(usize, &Child, SchemaId)>> = HashMap::new();
     for role in schema.children.iter().filter(|role| role.motor) {
         members.entry(&role.group).or_insert_with(|| {
             known.push(&role.group);
@@ -56,7 +57,7 @@ pub(super) fn of_father(
         });
     }
     for (place, child) in children.iter().enumerate() {
-        if let Some(role) = child.role.map(|role| &schema.children[role])
+        if let Some(role) = child.role.map(|role| &schema.children[role.index()])
             && let Some(members) = members.get_mut(role.group.as_str()).filter(|_| role.motor)
         {
             members.push((place, role, child.child));

@@ -5,19 +5,20 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::drafts::Drafts;
 use super::hierarchy::MAX_DEPTH;
-use super::{Application, Binding, GroupConfig, InstanceConfig};
+use super::{Application, Binding, GroupConfig, InstanceConfig, InstancePort};
+use jde_core::{GroupId, SchemaId, Table};
 use jde_document::section::Section;
 use jde_document::{FaultReport, quote, quote_all};
 
 /// Returns the schema that a group names as its `guard`.
-pub(super) fn named(report: &mut FaultReport, drafts: &Drafts, section: &Section) -> Option<usize> {
+pub(super) fn named(report: &mut FaultReport, drafts: &Drafts, section: &Section) -> Option<SchemaId> {
     let written = section.text(report, "guard")?;
     let guard = drafts.find(report, &section.key("guard"), written.text, &written.span)?;
     let schema = drafts.schema(guard)?;
     if schema.guard.is_some() {
         return Some(guard);
     }
-    let guards = drafts.list.iter().enumerate();
+    let guards = drafts.list.entries();
     let guards: Vec<&str> = guards
         .filter(|(index, _)| drafts.schema(*index).is_some_and(|schema| schema.guard.is_some()))
         .map(|(_, draft)| draft.name)
@@ -43,11 +44,11 @@ pub(super) fn named(report: &mut FaultReport, drafts: &Drafts, section: &Section
 pub(super) fn refuse_mismatches(
     report: &mut FaultReport,
     drafts: &Drafts,
-    instances: &[Option<InstanceConfig>],
-    groups: &[GroupConfig],
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
+    groups: &Table<GroupId, GroupConfig>,
 ) {
     let commands = judged_commands(drafts, instances, groups);
-    for (index, group) in groups.iter().enumerate() {
+    for (id, group) in groups.entries() {
         let Some((guard, instance)) = group
             .guard
             .and_then(|guard| Some((guard, instances[guard].as_ref()?)))
@@ -66,16 +67,11 @@ pub(super) fn refuse_mismatches(
                 )
                 .advise("remove `isolate`; the schemas that it guards may be isolated");
         }
-        let commands = &commands[index];
+        let commands = &commands[id];
         if commands.len() == 1 {
             continue;
         }
-        let names = commands.iter().map(|(driver, port)| {
-            let port = drafts
-                .schema(*driver)
-                .map_or("", |driver| &driver.ports[*port].name);
-            quote(&format!("{}.{port}", drafts.list[*driver].name))
-        });
+        let names = commands.iter().map(|command| drafts.quoted_port(*command));
         let what = match names.collect::<Vec<_>>() {
             none if none.is_empty() => String::from("no schema of the group commands one"),
             several => format!("schemas of the group command {}", several.join(" and ")),
@@ -98,8 +94,8 @@ impl Application {
     /// Returns the guards of a schema's commands to this command of a driver, from the schema's own group
     /// upwards (R18).
     #[must_use]
-    pub fn guards(&self, schema: usize, (driver, port): (usize, usize)) -> Vec<usize> {
-        let command = &self.instances[driver].schema.ports[port].value_type;
+    pub fn guards(&self, schema: SchemaId, command: InstancePort) -> Vec<SchemaId> {
+        let command = &self.instances[command.instance].schema.ports[command.port].value_type;
         let mut guards = Vec::new();
         let mut next = Some(schema);
         while let Some(group) = next.and_then(|schema| self.instances[schema].group) {
@@ -120,8 +116,8 @@ impl Application {
 impl Application {
     /// Warns of commands that no guard judges, although a group above their schemas has one: it judges another type.
     pub(super) fn warn_of_unjudged(&self) -> impl Iterator<Item = String> {
-        let mut unjudged: BTreeMap<((usize, usize), usize), Vec<usize>> = BTreeMap::new();
-        for (schema, instance) in self.instances.iter().enumerate() {
+        let mut unjudged: BTreeMap<(InstancePort, SchemaId), Vec<SchemaId>> = BTreeMap::new();
+        for (schema, instance) in self.instances.entries() {
             for binding in &instance.bindings {
                 if let Binding::Actuator {
                     target: Some(command),
@@ -133,15 +129,14 @@ impl Application {
                 }
             }
         }
-        unjudged.into_iter().map(|(((driver, port), guard), schemas)| {
-            let (driver, guard) = (&self.instances[driver], &self.instances[guard]);
+        unjudged.into_iter().map(|((command, guard), schemas)| {
+            let guard = &self.instances[guard];
             let names = schemas.iter().map(|schema| self.instances[*schema].name.as_str());
             let judged = guard.schema.guard.as_ref();
             format!(
-                "line {}: no guard judges `{}.{}`, which {} may command: the guard `{}` judges {}",
-                driver.line,
-                driver.name,
-                driver.schema.ports[port].name,
+                "line {}: no guard judges `{}`, which {} may command: the guard `{}` judges {}",
+                self.instances[command.instance].line,
+                self.variable_name(command),
                 quote_all(names),
                 guard.name,
                 judged.map_or("nothing", |judged| &judged.command.name)
@@ -150,7 +145,7 @@ impl Application {
     }
 
     /// The guard of the nearest group above a schema that has one.
-    fn nearest_guard(&self, schema: usize) -> Option<usize> {
+    fn nearest_guard(&self, schema: SchemaId) -> Option<SchemaId> {
         let mut next = self.instances[schema].group;
         while let Some(group) = next {
             let GroupConfig { guard, father, .. } = &self.groups[group];
@@ -166,23 +161,23 @@ impl Application {
 /// Returns, for each group, the commands of its schemas, and of those below, that its guard judges.
 fn judged_commands(
     drafts: &Drafts,
-    instances: &[Option<InstanceConfig>],
-    groups: &[GroupConfig],
-) -> Vec<BTreeSet<(usize, usize)>> {
-    let judged: Vec<_> = groups
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
+    groups: &Table<GroupId, GroupConfig>,
+) -> Table<GroupId, BTreeSet<InstancePort>> {
+    let judged: Table<GroupId, _> = groups
         .iter()
         .map(|group| drafts.schema(group.guard?)?.guard.as_ref())
         .collect();
-    let mut commands = vec![BTreeSet::new(); groups.len()];
-    for (schema, instance) in instances.iter().enumerate() {
+    let mut commands = groups.map_ids(|_| BTreeSet::new());
+    for (schema, instance) in instances.entries() {
         for binding in instance.iter().flat_map(|instance| &instance.bindings) {
             let Binding::Actuator { target: Some(target) } = *binding else {
                 continue;
             };
-            let Some(driver) = drafts.schema(target.0) else {
+            let Some(driver) = drafts.schema(target.instance) else {
                 continue;
             };
-            let command = &driver.ports[target.1].value_type;
+            let command = &driver.ports[target.port].value_type;
             for group in above(instances, groups, schema) {
                 if judged[group].is_some_and(|judged| judged.command.same_as(command)) {
                     commands[group].insert(target);
@@ -195,11 +190,11 @@ fn judged_commands(
 
 /// The groups in which a schema and its fathers compete, from its own upwards.
 fn above(
-    instances: &[Option<InstanceConfig>],
-    groups: &[GroupConfig],
-    schema: usize,
-) -> impl Iterator<Item = usize> {
-    let group_of = |schema: usize| instances[schema].as_ref()?.group;
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
+    groups: &Table<GroupId, GroupConfig>,
+    schema: SchemaId,
+) -> impl Iterator<Item = GroupId> {
+    let group_of = |schema: SchemaId| instances[schema].as_ref()?.group;
     // A cycle, which is reported elsewhere, has no end.
     std::iter::successors(group_of(schema), move |group| group_of(groups[*group].father?)).take(MAX_DEPTH)
 }

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use jde_abi::describe::Kind;
+use jde_core::{SchemaId, Table};
 
 use super::children::{self, NamedChild};
 use super::cycle::{Edge, find_cycles, in_words};
@@ -17,7 +18,7 @@ pub const MAX_DEPTH: usize = 256;
 /// Fathers and children, as the file states them.
 pub(super) struct DeclaredHierarchy<'a> {
     /// The children of each instance, in the file's order.
-    pub(super) children: Vec<Vec<NamedChild<'a>>>,
+    pub(super) children: Table<SchemaId, Vec<NamedChild<'a>>>,
     /// The motor schemas of each top level, each with its position in the file.
     pub(super) roots: Vec<Vec<Edge>>,
     /// Every name in `roots` and `children` is that of a schema. Otherwise a schema without a father may only
@@ -29,15 +30,13 @@ impl<'a> DeclaredHierarchy<'a> {
     /// Reads `roots`, and the `children` of every instance.
     pub(super) fn read(report: &mut FaultReport, drafts: &Drafts<'a>, roots: &Roots<'a>) -> Self {
         let mut names = roots.levels.iter().flat_map(|level| &level.members);
-        let mut complete = roots.complete && names.all(|root| drafts.index_of(root.text).is_some());
+        let mut complete = roots.complete && names.all(|root| drafts.id_of(root.text).is_some());
         let roots = self::read_roots(report, drafts, roots);
-        let children = (0..drafts.list.len())
-            .map(|index| {
-                let named = children::read(report, drafts, index);
-                complete &= drafts.list[index].section.entry_count("children") == named.len();
-                named
-            })
-            .collect();
+        let children = drafts.list.map_ids(|id| {
+            let named = children::read(report, drafts, id);
+            complete &= drafts.list[id].section.entry_count("children") == named.len();
+            named
+        });
         Self {
             children,
             roots,
@@ -47,9 +46,13 @@ impl<'a> DeclaredHierarchy<'a> {
 
     /// Returns the father of every motor schema that has one. Reports second fathers, roots with a father,
     /// cycles, and schemas that are never woken.
-    pub(super) fn fathers(&self, report: &mut FaultReport, drafts: &Drafts) -> Vec<Option<usize>> {
-        let mut fathers = vec![None; drafts.list.len()];
-        for (father, children) in self.children.iter().enumerate() {
+    pub(super) fn fathers(
+        &self,
+        report: &mut FaultReport,
+        drafts: &Drafts,
+    ) -> Table<SchemaId, Option<SchemaId>> {
+        let mut fathers = drafts.list.map_ids(|_| None);
+        for (father, children) in self.children.entries() {
             for child in children.iter().filter(|child| is_motor(drafts, child.child)) {
                 match fathers[child.child] {
                     None => fathers[child.child] = Some(father),
@@ -77,10 +80,10 @@ impl<'a> DeclaredHierarchy<'a> {
         &self,
         report: &mut FaultReport,
         drafts: &Drafts,
-        fathers: &[Option<usize>],
+        fathers: &Table<SchemaId, Option<SchemaId>>,
     ) -> bool {
-        let mut reached: Vec<bool> = fathers.iter().map(Option::is_none).collect();
-        let mut level: Vec<usize> = (0..fathers.len()).filter(|index| reached[*index]).collect();
+        let mut reached: Table<SchemaId, bool> = fathers.iter().map(Option::is_none).collect();
+        let mut level: Vec<SchemaId> = fathers.ids().filter(|id| reached[*id]).collect();
         for _ in 0..MAX_DEPTH {
             let children = level.iter().flat_map(|father| &self.children[*father]);
             level = children
@@ -88,7 +91,7 @@ impl<'a> DeclaredHierarchy<'a> {
                 .filter(|child| !std::mem::replace(&mut reached[*child], true))
                 .collect();
         }
-        let Some(deepest) = level.first().map(|index| &drafts.list[*index]) else {
+        let Some(deepest) = level.first().map(|id| &drafts.list[*id]) else {
             return false;
         };
         let what = &deepest.section.label;
@@ -101,7 +104,7 @@ impl<'a> DeclaredHierarchy<'a> {
     }
 
     fn refuse_cycles(&self, report: &mut FaultReport, drafts: &Drafts) {
-        let edges: Vec<Vec<Edge>> = self
+        let edges: Table<SchemaId, Vec<Edge>> = self
             .children
             .iter()
             .map(|children| {
@@ -112,7 +115,7 @@ impl<'a> DeclaredHierarchy<'a> {
             })
             .collect();
         for (cycle, span) in find_cycles(&edges) {
-            let names = in_words(&cycle, |index| drafts.list[index].name.to_owned());
+            let names = in_words(&cycle, |id| drafts.list[id].name.to_owned());
             report
                 .fault(
                     &span,
@@ -123,20 +126,20 @@ impl<'a> DeclaredHierarchy<'a> {
     }
 
     fn refuse_orphans(&self, report: &mut FaultReport, drafts: &Drafts) {
-        let mut woken = vec![false; drafts.list.len()];
-        for index in self.children.iter().flatten().map(|child| child.child) {
-            woken[index] = true;
+        let mut woken = drafts.list.map_ids(|_| false);
+        for id in self.children.iter().flatten().map(|child| child.child) {
+            woken[id] = true;
         }
         for (root, _) in self.roots.iter().flatten() {
             woken[*root] = true;
         }
-        for (index, draft) in drafts.list.iter().enumerate() {
-            if self.complete && !woken[index] && is_motor(drafts, index) {
+        for (id, draft) in drafts.list.entries() {
+            if self.complete && !woken[id] && is_motor(drafts, id) {
                 report
                     .fault(
                         &draft.section.span,
                         format!(
-                            "no father wakes the motor {}, and it is no root",
+                            "no father wakes the motor {}, and it is not a root",
                             draft.section.label
                         ),
                     )
@@ -159,15 +162,15 @@ fn read_level(
     report: &mut FaultReport,
     drafts: &Drafts,
     names: &[Text],
-    known: &mut HashSet<usize>,
+    known: &mut HashSet<SchemaId>,
 ) -> Vec<Edge> {
     let mut roots: Vec<Edge> = Vec::new();
     for root in names {
-        let Some(index) = drafts.find(report, "`roots` of the application", root.text, &root.span) else {
+        let Some(id) = drafts.find(report, "`roots` of the application", root.text, &root.span) else {
             continue;
         };
         let name = quote(root.text);
-        if known.contains(&index) {
+        if known.contains(&id) {
             report
                 .fault(
                     &root.span,
@@ -176,8 +179,7 @@ fn read_level(
                 .advise("remove one");
             continue;
         }
-        if let Some(kind @ (Kind::Perceptive | Kind::Driver)) = drafts.schema(index).map(|schema| schema.kind)
-        {
+        if let Some(kind @ (Kind::Perceptive | Kind::Driver)) = drafts.schema(id).map(|schema| schema.kind) {
             let kind = children::kind_noun(kind);
             report
                 .fault(
@@ -187,8 +189,8 @@ fn read_level(
                 .advise("remove it from `roots`; it is awake while a schema that needs it is");
             continue;
         }
-        known.insert(index);
-        roots.push((index, root.span.clone()));
+        known.insert(id);
+        roots.push((id, root.span.clone()));
     }
     roots
 }
@@ -197,8 +199,8 @@ fn refuse_second_father(
     report: &mut FaultReport,
     drafts: &Drafts,
     duplicate: &NamedChild,
-    first: usize,
-    second: usize,
+    first: SchemaId,
+    second: SchemaId,
 ) {
     let (child, first, second) = (
         drafts.quoted(duplicate.child),
@@ -213,8 +215,6 @@ fn refuse_second_father(
         .advise("define a second instance of the same type for the other");
 }
 
-fn is_motor(drafts: &Drafts, index: usize) -> bool {
-    drafts
-        .schema(index)
-        .is_some_and(|schema| schema.kind == Kind::Motor)
+fn is_motor(drafts: &Drafts, id: SchemaId) -> bool {
+    drafts.schema(id).is_some_and(|schema| schema.kind == Kind::Motor)
 }

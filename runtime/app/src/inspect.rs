@@ -70,9 +70,9 @@ pub(super) fn report_problems(
             report.concern(&section.span, message);
             continue;
         };
-        let span = section
-            .get(&port.name)
-            .map_or(section.span.clone(), |node| node.span());
+        let former_name = port.former_name.as_deref();
+        let stated = section.get(&port.name).or_else(|| section.get(former_name?));
+        let span = stated.map_or(section.span.clone(), |node| node.span());
         let message = format!("{}: {}", section.key(&port.name), problem.words);
         let add = |report: &mut FaultReport| {
             if problem.unavailable {
@@ -81,7 +81,10 @@ pub(super) fn report_problems(
                 report.fault(&span, message);
             }
         };
-        let is_of = |given: &&Override| given.schema == inspection.name && given.variable == port.name;
+        let is_of = |given: &&Override| {
+            let is_named = given.variable == port.name || Some(&*given.variable) == former_name;
+            given.schema == inspection.name && is_named
+        };
         match overrides.iter().rfind(is_of) {
             Some(given) => report.in_option(given.to_string(), add),
             None => add(report),

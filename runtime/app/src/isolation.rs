@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
 
+use super::time;
 use jde_document::section::{Node, Section, WordOrTable, integer};
 use jde_document::{FaultReport, quote};
 
@@ -54,7 +55,7 @@ pub(super) fn isolation(report: &mut FaultReport, section: &Section) -> Option<I
         memory: table
             .get("memory")
             .and_then(|node| memory(report, &table.key("memory"), node)),
-        cpu: table.time(report, "cpu").map(|time| time.div_ceil(1_000_000_000)),
+        cpu: time::of(report, &table, "cpu").map(|time| time.div_ceil(1_000_000_000)),
         network: table.flag(report, "network").unwrap_or(true),
         read_only: read_only(report, &table),
     })

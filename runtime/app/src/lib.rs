@@ -44,8 +44,9 @@ use std::sync::Arc;
 use jde_abi::describe::{Plugin, Port, Schema};
 use jde_abi::inspect::Problem;
 use jde_abi::lists::ListedPort;
-use jde_core::{Absence, Policy, Restart};
+use jde_core::{Absence, GroupId, Policy, Restart, SchemaId, Table};
 
+mod agreement;
 mod children;
 mod conflict;
 mod cycle;
@@ -54,6 +55,7 @@ mod group_settings;
 mod groups;
 mod guards;
 mod hierarchy;
+mod ids;
 mod inspect;
 mod interfaces;
 mod isolation;
@@ -67,12 +69,15 @@ mod numbers;
 mod odometry;
 mod option;
 mod outline;
+pub mod period;
 mod recorded;
 mod remote;
 mod settings;
 mod spec;
+pub mod time;
 mod trigger_loops;
 mod types;
+pub mod units;
 mod validity;
 mod values;
 mod variable;
@@ -81,17 +86,18 @@ mod warnings;
 mod wiring;
 
 pub use hierarchy::MAX_DEPTH;
+pub use ids::{InstancePort, RoleId};
 pub use inspect::Inspection;
 pub use isolation::Isolation;
-pub use jde_document::{Fault, FaultLocation, Faults, period};
+pub use jde_document::{Fault, FaultLocation, Faults};
 pub use link::Link;
 pub use load::{load, parse};
+pub use modulations::warn_of_former_name;
 pub use option::Override;
 pub use remote::RemoteVariable;
 pub use values::is_path;
 
-/// An application, complete and free of faults. Instances and groups are numbered by their places in the
-/// lists.
+/// An application, complete and free of faults. Its instances are the schemas of the rules.
 #[derive(Clone, Debug)]
 pub struct Application {
     /// Its name.
@@ -105,18 +111,18 @@ pub struct Application {
     /// The executor in real time.
     pub executor: Executor,
     /// The perceptive schemas and drivers that every root needs (R6).
-    pub awake: Vec<usize>,
-    /// The export of type `jde_msgs/msg/Mission` that states when it is done: instance and port.
-    pub mission: Option<(usize, usize)>,
+    pub awake: Vec<SchemaId>,
+    /// The export of type `jde_msgs/msg/Mission` that states when it is done.
+    pub mission: Option<InstancePort>,
     /// How long the distance to the mission's target may fail to decrease before this is an event, ns; never
     /// if `None`.
     pub mission_stalls_ns: Option<u64>,
     /// The plugins that its instances come from.
     pub plugins: Vec<Arc<Plugin>>,
     /// Its instances, in the file's order.
-    pub instances: Vec<InstanceConfig>,
+    pub instances: Table<SchemaId, InstanceConfig>,
     /// Its groups: the roots first, then by father, in the file's order.
-    pub groups: Vec<GroupConfig>,
+    pub groups: Table<GroupId, GroupConfig>,
     /// Access from other processes and machines.
     pub link: Link,
     /// The variables of other applications that it imports.
@@ -163,24 +169,24 @@ pub struct InstanceConfig {
     /// Whether a debugger may hold its calls at the terminal of the host. No file says so.
     pub debugged: bool,
     /// The father in whose group it competes; `None` for roots, perceptive schemas and drivers.
-    pub father: Option<usize>,
+    pub father: Option<SchemaId>,
     /// The instance in each role of [`Schema::children`].
-    pub children: Vec<Option<usize>>,
+    pub children: Table<RoleId, Option<SchemaId>>,
     /// The roles that are bound, in the order in which the application names them.
-    pub child_order: Vec<usize>,
+    pub child_order: Vec<RoleId>,
     /// What each port of [`Schema::ports`] is bound to.
     pub bindings: Vec<Binding>,
     /// The ports of the type's lists, which are the last of [`Schema::ports`].
     pub listed: Vec<ListedPort>,
     /// The group in which each role's child competes; `None` for perceptive children and unbound roles.
-    pub child_groups: Vec<Option<usize>>,
+    pub child_groups: Table<RoleId, Option<GroupId>>,
     /// The group in which it competes itself; `None` for perceptive schemas and drivers.
-    pub group: Option<usize>,
+    pub group: Option<GroupId>,
     /// The line of its definition in the file, from 1.
     pub line: usize,
 }
 
-/// What a port is bound to. Pairs are an instance and its port.
+/// What a port is bound to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Binding {
     /// Reads a variable.
@@ -207,7 +213,7 @@ pub enum Binding {
     /// Writes a command.
     Actuator {
         /// A driver's command; `None` if unbound.
-        target: Option<(usize, usize)>,
+        target: Option<InstancePort>,
     },
     /// Writes a modulation of a child.
     ChildModulation {
@@ -219,8 +225,8 @@ pub enum Binding {
 /// The source of an import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImportSource {
-    /// An export or a modulation of this application: instance and port.
-    Local(usize, usize),
+    /// An export or a modulation of this application.
+    Local(InstancePort),
     /// An export of another application: its place in [`Application::remotes`].
     Remote(usize),
 }
@@ -228,10 +234,10 @@ pub enum ImportSource {
 /// The target of a father's write to a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildTarget {
-    /// A modulation: instance and port.
-    Port(usize, usize),
+    /// A modulation.
+    Port(InstancePort),
     /// The period of an instance, which every schema has: `std_msgs/msg/Float64` in seconds.
-    Period(usize),
+    Period(SchemaId),
 }
 
 /// One competition among motor schemas: the roots or a part of them, or children of one father.
@@ -240,9 +246,9 @@ pub struct GroupConfig {
     /// `roots`, or `roots/left`; or father and group: `example/base`.
     pub name: String,
     /// Its father; `None` for the roots.
-    pub father: Option<usize>,
+    pub father: Option<SchemaId>,
     /// The competing instances, in the father's order, which is the priority order.
-    pub members: Vec<usize>,
+    pub members: Vec<SchemaId>,
     /// How collisions are settled.
     pub policy: Policy,
     /// What happens without a winner.
@@ -252,7 +258,7 @@ pub struct GroupConfig {
     /// Longest arbitration by the father's own function, ns.
     pub budget_ns: u64,
     /// The instance that judges the commands of the group and of everything below it (R18).
-    pub guard: Option<usize>,
+    pub guard: Option<SchemaId>,
     /// How long a member is not READY after a guard has refused a command of it, ns (R18).
     pub retry_ns: u64,
 }
@@ -297,19 +303,19 @@ impl InstanceConfig {
 }
 
 impl Application {
-    /// Returns the place of an instance.
+    /// Returns the instance of that name.
     #[must_use]
-    pub fn instance(&self, name: &str) -> Option<usize> {
-        self.instances.iter().position(|instance| instance.name == name)
+    pub fn instance(&self, name: &str) -> Option<SchemaId> {
+        self.instances.find(|instance| instance.name == name)
     }
 
-    /// Returns the places of the schemas that have a panel.
+    /// Returns the schemas that have a panel.
     #[must_use]
-    pub fn panels(&self) -> Vec<usize> {
-        let instances = self.instances.iter().enumerate();
+    pub fn panels(&self) -> Vec<SchemaId> {
+        let instances = self.instances.entries();
         instances
             .filter(|(_, instance)| instance.schema.panel)
-            .map(|(place, _)| place)
+            .map(|(id, _)| id)
             .collect()
     }
 
@@ -317,14 +323,14 @@ impl Application {
     #[must_use]
     pub fn source_name(&self, source: ImportSource) -> String {
         match source {
-            ImportSource::Local(instance, port) => self.variable_name(instance, port),
+            ImportSource::Local(port) => self.variable_name(port),
             ImportSource::Remote(remote) => self.remotes[remote].local.clone(),
         }
     }
 
     /// Returns the full name of the variable of a port: `pioneer.laser`.
     #[must_use]
-    pub fn variable_name(&self, instance: usize, port: usize) -> String {
+    pub fn variable_name(&self, InstancePort { instance, port }: InstancePort) -> String {
         let instance = &self.instances[instance];
         format!("{}.{}", instance.name, instance.schema.ports[port].name)
     }
@@ -333,7 +339,7 @@ impl Application {
     #[must_use]
     pub fn target_name(&self, target: ChildTarget) -> String {
         match target {
-            ChildTarget::Port(instance, port) => self.variable_name(instance, port),
+            ChildTarget::Port(port) => self.variable_name(port),
             ChildTarget::Period(instance) => format!("{}.period", self.instances[instance].name),
         }
     }

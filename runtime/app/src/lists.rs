@@ -7,10 +7,12 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_abi::describe::{Kind, ListKind, Port, PortList, Role, Schema, Type, Validity};
+use jde_abi::describe::{Attributes, Kind, ListKind, Port, PortList, Role, Schema, Type, Validity};
 use jde_abi::lists::ListedPort;
+use jde_abi::raw;
 use jde_abi::read::{ENTRY_KEYS, PERIOD};
 use jde_board::value::encode;
+use jde_core::SchemaId;
 use toml::de::{DeTable, DeValue};
 
 use super::drafts::{Drafts, refuse_bad_name};
@@ -21,7 +23,7 @@ use jde_document::section::{Node, Section, Text, expect, integer, report_wrong_s
 use jde_document::{FaultReport, quote};
 
 /// An entry of a list.
-pub(super) struct Entry<'a> {
+pub(super) struct ListEntry<'a> {
     /// Its key.
     pub(super) label: Text<'a>,
     node: &'a Node<'a>,
@@ -45,13 +47,13 @@ const MOST_ELEMENTS: usize = 1 << 26;
 pub(super) fn state_ports(report: &mut FaultReport, drafts: &mut Drafts, sources: Sources<'_>) {
     let bound = [EXPORT, COMMAND].map(|usage| Bound::of(drafts, usage));
     for imports in [false, true] {
-        for index in 0..drafts.list.len() {
-            let Some(schema) = drafts.schema(index).map(Arc::clone) else {
+        for id in drafts.list.ids() {
+            let Some(schema) = drafts.schema(id).map(Arc::clone) else {
                 continue;
             };
             for (number, list) in schema.lists.iter().enumerate() {
                 if (list.kind == ListKind::Imports) == imports {
-                    state_list(report, drafts, index, (number, list), (sources, &bound));
+                    state_list(report, drafts, id, (number, list), (sources, &bound));
                 }
             }
         }
@@ -59,13 +61,13 @@ pub(super) fn state_ports(report: &mut FaultReport, drafts: &mut Drafts, sources
 }
 
 /// Returns the entries of a list, in the order of its ports.
-pub(super) fn entries<'a>(section: &Section<'a>, list: &PortList) -> Vec<Entry<'a>> {
+pub(super) fn entries<'a>(section: &Section<'a>, list: &PortList) -> Vec<ListEntry<'a>> {
     let table = section.get(&list.name).and_then(|node| node.get_ref().as_table());
     let table = table.map(|table| Section::new("", 0..0, table));
     table.map_or_else(Vec::new, |table| {
         table
             .entries()
-            .map(|(label, node)| Entry { label, node })
+            .map(|(label, node)| ListEntry { label, node })
             .collect()
     })
 }
@@ -73,17 +75,17 @@ pub(super) fn entries<'a>(section: &Section<'a>, list: &PortList) -> Vec<Entry<'
 fn state_list(
     report: &mut FaultReport,
     drafts: &mut Drafts,
-    index: usize,
+    id: SchemaId,
     (number, list): (usize, &PortList),
     (sources, [exports, commands]): (Sources<'_>, &[Bound; 2]),
 ) {
-    let section = &drafts.list[index].section;
+    let section = &drafts.list[id].section;
     let key = section.key(&list.name);
     if let Some(node) = section.get(&list.name) {
         expect(report, &key, "a table", node, node.get_ref().as_table());
     }
     let entries = entries(section, list);
-    let mut known = Known::of(drafts, index);
+    let mut known = Known::of(drafts, id);
     if known.listed + entries.len() > MAX_PORTS {
         let message = format!(
             "the lists of {} have more than {MAX_PORTS} entries",
@@ -106,12 +108,12 @@ fn state_list(
             continue;
         }
         let port = match list.kind {
-            ListKind::Imports => import(report, drafts, index, (&list.name, &known), (&what, &entry)),
+            ListKind::Imports => import(report, drafts, id, (&list.name, &known), (&what, &entry)),
             ListKind::Exports { validity } => {
                 let port = variable(
                     report,
                     drafts,
-                    (index, &known),
+                    (id, &known),
                     (&what, &entry),
                     (exports, sources.types),
                 );
@@ -124,7 +126,7 @@ fn state_list(
                 let port = variable(
                     report,
                     drafts,
-                    (index, &known),
+                    (id, &known),
                     (&what, &entry),
                     (commands, sources.types),
                 );
@@ -132,8 +134,8 @@ fn state_list(
                     role: Role::Command {
                         neutral: vec![0; port.value_type.bytes],
                         validity_ns,
-                        trigger: true,
                     },
+                    attributes: Attributes::of(raw::COMMAND, raw::TRIGGER),
                     ..port
                 })
             }
@@ -150,7 +152,7 @@ fn state_list(
             ports.push(port);
         }
     }
-    if let Some(resolved) = &mut drafts.list[index].resolved {
+    if let Some(resolved) = &mut drafts.list[id].resolved {
         resolved.listed.extend(listed);
         resolved.schema = Arc::new(resolved.schema.with_ports(ports));
     }
@@ -166,10 +168,10 @@ struct Known {
 }
 
 impl Known {
-    fn of(drafts: &Drafts, index: usize) -> Self {
+    fn of(drafts: &Drafts, id: SchemaId) -> Self {
         let mut known = Self::default();
-        let ports = drafts.schema(index).map_or(&[][..], |schema| &schema.ports);
-        let own = ports.len() - drafts.listed(index).len();
+        let ports = drafts.schema(id).map_or(&[][..], |schema| &schema.ports);
+        let own = ports.len() - drafts.listed(id).len();
         for (place, port) in ports.iter().enumerate() {
             known.add(port, place >= own);
         }
@@ -177,7 +179,7 @@ impl Known {
     }
 
     fn add(&mut self, port: &Port, is_listed: bool) {
-        let names = match (matches!(port.role, Role::Import { .. }), is_listed) {
+        let names = match (matches!(port.role, Role::Import), is_listed) {
             (false, _) => &mut self.variables,
             (true, false) => &mut self.imports,
             (true, true) => &mut self.listed_imports,
@@ -192,7 +194,7 @@ fn settings(
     report: &mut FaultReport,
     (what, key): (&str, &str),
     list: &PortList,
-    entry: &Entry,
+    entry: &ListEntry,
     folder: &Path,
 ) -> Option<Vec<u8>> {
     let mut bytes = list.initial.clone();
@@ -223,11 +225,11 @@ fn settings(
 fn import(
     report: &mut FaultReport,
     drafts: &Drafts,
-    index: usize,
+    id: SchemaId,
     (list, known): (&str, &Known),
-    (what, entry): (&str, &Entry),
+    (what, entry): (&str, &ListEntry),
 ) -> Option<Port> {
-    let draft = &drafts.list[index];
+    let draft = &drafts.list[id];
     let name = match known.listed_imports.contains(entry.label.text) {
         true => format!("{list}.{}", entry.label.text),
         false => entry.label.text.to_owned(),
@@ -240,7 +242,7 @@ fn import(
         );
         report
             .fault(&entry.label.span, message)
-            .advise("name it otherwise");
+            .advise("give it another name");
         return None;
     }
     let from = source(report, (what, entry))?;
@@ -252,20 +254,24 @@ fn import(
         report.fault(&from.span, message);
         return None;
     }
-    let (owner, port) = variable::find(report, drafts, what, &from, VariableKind::Readable, None)?;
+    let source = variable::find(report, drafts, what, &from, VariableKind::Readable, None)?;
+    // A driver passes new values on at once (R12). It does not trigger itself.
+    let is_trigger = drafts.schema(id)?.kind == Kind::Driver && source.instance != id;
+    let trigger = if is_trigger { raw::TRIGGER } else { 0 };
     Some(Port {
         name,
-        // A driver passes new values on at once (R12). It does not trigger itself.
-        role: Role::Import {
-            trigger: drafts.schema(index)?.kind == Kind::Driver && owner != index,
-        },
-        optional: true,
-        ..drafts.schema(owner)?.ports[port].clone()
+        role: Role::Import,
+        attributes: Attributes::of(raw::IMPORT, raw::OPTIONAL | trigger),
+        former_name: None,
+        ..drafts.schema(source.instance)?.ports[source.port].clone()
     })
 }
 
 /// Returns the variable that an import of a list names.
-pub(super) fn source<'a>(report: &mut FaultReport, (what, entry): (&str, &Entry<'a>)) -> Option<Text<'a>> {
+pub(super) fn source<'a>(
+    report: &mut FaultReport,
+    (what, entry): (&str, &ListEntry<'a>),
+) -> Option<Text<'a>> {
     let node = match entry.node.get_ref() {
         DeValue::Table(table) => table.get("from"),
         _ => Some(entry.node),
@@ -299,7 +305,7 @@ const EXPORT: Use = Use {
     port: "an import",
     table: "imports",
     example: "as = \"map\"",
-    is_port: |port| matches!(port.role, Role::Import { .. }),
+    is_port: |port| matches!(port.role, Role::Import),
 };
 const COMMAND: Use = Use {
     noun: "a command",
@@ -315,12 +321,12 @@ const COMMAND: Use = Use {
 fn variable(
     report: &mut FaultReport,
     drafts: &Drafts,
-    (index, known): (usize, &Known),
-    (what, entry): (&str, &Entry),
+    (id, known): (SchemaId, &Known),
+    (what, entry): (&str, &ListEntry),
     (bound, types): (&Bound, Types<'_>),
 ) -> Option<Port> {
     let usage = bound.usage;
-    let draft = &drafts.list[index];
+    let draft = &drafts.list[id];
     let stated = |report: &mut FaultReport, key: &str| {
         let node = entry.node.get_ref().as_table()?.get(key)?;
         text(report, &format!("`{key}` of {what}"), node)
@@ -345,7 +351,7 @@ fn variable(
             draft.section.label,
             quote(name.text)
         );
-        report.fault(&name.span, message).advise("name it otherwise");
+        report.fault(&name.span, message).advise("give it another name");
         return None;
     }
     let type_name = stated(report, "type");
@@ -361,7 +367,8 @@ fn variable(
         role: Role::Export {
             validity: Validity::default(),
         },
-        optional: false,
+        attributes: Attributes::default(),
+        former_name: None,
     })
 }
 
@@ -418,7 +425,7 @@ fn value_type(
 }
 
 /// Reads `capacity` of an entry: a number, or a table of fields with a number each.
-fn capacities(report: &mut FaultReport, (what, entry): (&str, &Entry)) -> Option<Capacities> {
+fn capacities(report: &mut FaultReport, (what, entry): (&str, &ListEntry)) -> Option<Capacities> {
     let stated = entry
         .node
         .get_ref()
@@ -450,13 +457,13 @@ fn capacities(report: &mut FaultReport, (what, entry): (&str, &Entry)) -> Option
 /// What the file binds to each variable: instances, and the names of their ports.
 struct Bound {
     usage: Use,
-    ports: HashMap<String, Vec<(usize, String)>>,
+    ports: HashMap<String, Vec<(SchemaId, String)>>,
 }
 
 impl Bound {
     fn of(drafts: &Drafts, usage: Use) -> Self {
-        let mut ports: HashMap<String, Vec<(usize, String)>> = HashMap::new();
-        for (index, draft) in drafts.list.iter().enumerate() {
+        let mut ports: HashMap<String, Vec<(SchemaId, String)>> = HashMap::new();
+        for (id, draft) in drafts.list.entries() {
             let table = draft.section.get(usage.table);
             let table = table.and_then(|node| node.get_ref().as_table());
             for (role, node) in table.into_iter().flat_map(DeTable::iter) {
@@ -467,8 +474,8 @@ impl Bound {
                 let Some(from) = from else { continue };
                 let bound = ports.entry(from.to_owned()).or_default();
                 // The first of each instance counts.
-                if bound.last().is_none_or(|(last, _)| *last != index) {
-                    bound.push((index, role.get_ref().to_string()));
+                if bound.last().is_none_or(|(last, _)| *last != id) {
+                    bound.push((id, role.get_ref().to_string()));
                 }
             }
         }
@@ -478,7 +485,7 @@ impl Bound {
     /// Returns the type of the first port that is bound to a variable.
     fn value_type(&self, drafts: &Drafts, variable: &str) -> Option<Arc<Type>> {
         let mut ports = self.ports.get(variable)?.iter();
-        ports.find_map(|(index, role)| port_type(drafts.schema(*index)?, role, self.usage))
+        ports.find_map(|(id, role)| port_type(drafts.schema(*id)?, role, self.usage))
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_abi::describe::Plugin;
+use jde_core::{SchemaId, Table};
 
 use super::children::{self, NamedChild};
 use super::drafts::InstanceContext;
@@ -12,7 +13,7 @@ use super::hierarchy::DeclaredHierarchy;
 use super::interfaces::Types;
 use super::outline::Outline;
 use super::remote::RemoteVariables;
-use super::settings::Settings;
+use super::settings::InstanceSettings;
 use super::values::Paths;
 use super::{
     Application, Catalogue, Faults, Inspection, InstanceConfig, Isolation, Override, conflict, groups,
@@ -27,7 +28,7 @@ use jde_document::FaultReport;
 /// All faults of the file and of `overrides`.
 pub fn load(path: &Path, overrides: &[Override], catalogue: &dyn Catalogue) -> Result<Application, Faults> {
     read(
-        &jde_document::read(path, "application")?,
+        &jde_document::read(path, "an application file")?,
         path,
         overrides,
         catalogue,
@@ -122,32 +123,26 @@ fn check(
     let mut groups: Vec<_> = levels
         .map(|(level, roots)| groups::of_roots(report, drafts, level, roots))
         .collect();
-    for (father, children) in hierarchy.children.iter().enumerate() {
+    for (father, children) in hierarchy.children.entries() {
         groups.extend(groups::of_father(report, drafts, father, children));
     }
+    let groups = Table::from(groups);
     let mut remotes = RemoteVariables::new(&outline.link);
-    let mut instances: Vec<Option<InstanceConfig>> = Vec::with_capacity(drafts.list.len());
-    for (index, children) in hierarchy.children.iter().enumerate() {
-        instances.push(check_instance(
-            report,
-            &outline,
-            &plugins,
-            input,
-            (index, children),
-            &mut remotes,
-        ));
-    }
+    let mut instances = hierarchy.children.map_ids(|id| {
+        let children = &hierarchy.children[id];
+        check_instance(report, &outline, &plugins, input, (id, children), &mut remotes)
+    });
     let remotes = remotes.into_list();
-    let mut group_of = vec![None; drafts.list.len()];
-    for (place, group) in groups.iter().enumerate() {
+    let mut group_of = drafts.list.map_ids(|_| None);
+    for (id, group) in groups.entries() {
         for member in &group.members {
-            group_of[*member].get_or_insert(place);
+            group_of[*member].get_or_insert(id);
         }
     }
-    for (index, father) in fathers.iter().enumerate() {
-        if let Some(instance) = &mut instances[index] {
+    for (id, father) in fathers.entries() {
+        if let Some(instance) = &mut instances[id] {
             instance.father = *father;
-            instance.group = group_of[index];
+            instance.group = group_of[id];
         }
     }
     for instance in instances.iter_mut().flatten() {
@@ -190,17 +185,17 @@ fn check_instance(
     outline: &Outline,
     plugins: &[Arc<Plugin>],
     input: CheckInput<'_>,
-    (index, named_children): (usize, &[NamedChild]),
+    (id, named_children): (SchemaId, &[NamedChild]),
     remotes: &mut RemoteVariables,
 ) -> Option<InstanceConfig> {
-    let draft = &outline.drafts.list[index];
-    let (section, schema) = (&draft.section, outline.drafts.schema(index));
-    let mut settings = Settings::read(report, section, schema.map(Arc::as_ref));
+    let draft = &outline.drafts.list[id];
+    let (section, schema) = (&draft.section, outline.drafts.schema(id));
+    let mut settings = InstanceSettings::read(report, section, schema.map(Arc::as_ref));
     let found = draft.resolved.clone()?;
     let schema = found.schema;
     let instance = InstanceContext {
         drafts: &outline.drafts,
-        index,
+        id,
         schema: &schema,
     };
     let mut bindings = wiring::unbound(&schema);
@@ -213,10 +208,10 @@ fn check_instance(
         section,
         &schema,
         Paths { folder, check_files },
-        |key| {
-            overrides
-                .iter()
-                .any(|given| given.schema == draft.name && given.variable == key)
+        |port| {
+            overrides.iter().any(|given| {
+                given.schema == draft.name && schema.modulation_named(&given.variable) == Some(port)
+            })
         },
         &mut bindings,
     );
@@ -248,7 +243,7 @@ fn check_instance(
     wiring::triggers(report, &instance, &mut bindings);
     wiring::actuators(report, &instance, &mut bindings);
     children::bind_modulations(report, &instance, named_children, &mut bindings);
-    let mut children = vec![None; schema.children.len()];
+    let mut children = Table::from(vec![None; schema.children.len()]);
     let mut child_order = Vec::with_capacity(named_children.len());
     for child in named_children {
         if let Some(role) = child.role {
@@ -271,7 +266,7 @@ fn check_instance(
         debugged: false,
         father: None,
         group: None,
-        child_groups: vec![None; children.len()],
+        child_groups: children.map_ids(|_| None),
         children,
         child_order,
         bindings,

@@ -8,12 +8,12 @@ use jde_types::Value as _;
 
 use super::drafts::{Drafts, InstanceContext};
 use super::literal::parse_node;
-use super::settings::Settings;
+use super::settings::InstanceSettings;
+use super::time;
 use super::values::{Paths, ValueTarget};
-use super::wiring::{is_modulation, position};
+use super::wiring::is_modulation;
 use super::{Binding, Override};
 use jde_document::section::{Node, Section, Text, expect};
-use jde_document::time;
 use jde_document::{FaultReport, quote};
 
 /// The only reserved key that an option may set.
@@ -25,16 +25,27 @@ pub(super) fn from_file(
     section: &Section,
     schema: &Schema,
     paths: Paths<'_>,
-    is_replaced: impl Fn(&str) -> bool,
+    is_replaced: impl Fn(usize) -> bool,
     bindings: &mut [Binding],
 ) {
     let is_list = |key: &str| schema.lists.iter().any(|list| list.name == key);
     let is_other = |key: &str| RESERVED.contains(&key) || is_list(key);
     for (key, node) in section.entries().filter(|(key, _)| !is_other(key.text)) {
-        match position(schema, is_modulation, key.text) {
+        match schema.modulation_named(key.text) {
             Some(port) => {
+                let name = &schema.ports[port].name;
+                if key.text != name {
+                    warn_of_former_name(report, &key.span, &section.key(key.text), name);
+                    if section.get(name).is_some() {
+                        let message = format!("{} is stated twice", section.key(name));
+                        report
+                            .fault(&key.span, message)
+                            .advise("remove the key of the former name");
+                        continue;
+                    }
+                }
                 // Nobody reads the file of a value that an option replaces.
-                let check_files = paths.check_files && !is_replaced(key.text);
+                let check_files = paths.check_files && !is_replaced(port);
                 let paths = Paths { check_files, ..paths };
                 set_initial(report, section, schema, port, node, paths, &mut bindings[port]);
             }
@@ -49,7 +60,7 @@ pub(super) fn from_option(
     given: &Override,
     instance: &InstanceContext,
     paths: Paths<'_>,
-    settings: &mut Settings,
+    settings: &mut InstanceSettings,
     bindings: &mut [Binding],
 ) {
     let (section, schema) = (instance.section(), instance.schema);
@@ -60,13 +71,17 @@ pub(super) fn from_option(
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
         return;
     }
-    let Some(port) = position(schema, is_modulation, &given.variable) else {
+    let Some(port) = schema.modulation_named(&given.variable) else {
         let message = format!("{} has no modulation {}", section.label, quote(&given.variable));
         let known = modulations(schema).chain([PERIOD]);
         return report
             .fault(&(0..0), message)
             .suggest(&given.variable, "modulations", known);
     };
+    let name = &schema.ports[port].name;
+    if given.variable != *name {
+        warn_of_former_name(report, &(0..0), &section.key(&given.variable), name);
+    }
     let value = match &schema.ports[port].role {
         Role::Modulation { limits, .. } => choice_of(limits, &given.value),
         _ => None,
@@ -80,12 +95,23 @@ pub(super) fn from_option(
 /// Reports options that name no schema of the application.
 pub(super) fn refuse_unknown_schemas(report: &mut FaultReport, drafts: &Drafts, overrides: &[Override]) {
     for given in overrides {
-        if drafts.index_of(&given.schema).is_none() {
+        if drafts.id_of(&given.schema).is_none() {
             report.in_option(given.to_string(), |report| {
                 drafts.find(report, "the option", &given.schema, &(0..0));
             });
         }
     }
+}
+
+/// Warns of a modulation that is given by the name which it had before.
+pub fn warn_of_former_name(report: &mut FaultReport, span: &std::ops::Range<usize>, given: &str, name: &str) {
+    report.concern(
+        span,
+        format!(
+            "{given} is now called {}; the next version does not read the former name",
+            quote(name)
+        ),
+    );
 }
 
 fn modulations(schema: &Schema) -> impl Iterator<Item = &str> {
@@ -101,7 +127,7 @@ fn refuse_unknown_key(report: &mut FaultReport, section: &Section, schema: &Sche
     let fault = report.fault(&key.span, message);
     let elsewhere = schema.ports.iter().find(|port| port.name == key.text);
     let table = elsewhere.and_then(|port| match port.role {
-        Role::Import { .. } => Some("imports"),
+        Role::Import => Some("imports"),
         Role::Actuator => Some("actuators"),
         Role::Export { .. }
         | Role::Modulation { .. }
@@ -148,7 +174,7 @@ fn set_initial(
     let Some(value) = value else { return };
     if let Some(path) = paths.missing_file(&port.unit, &value) {
         let wrong = match std::path::Path::new(path).exists() {
-            true => "which is no regular file",
+            true => "which is not a regular file",
             false => "and there is no such file",
         };
         let message = format!("{} is {}, {wrong}", section.key(&port.name), quote(path));

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 
 use jde_abi::describe::{Kind, Role, Schema};
+use jde_core::{SchemaId, Table};
 
 use super::cycle::{Edge, find_cycles, in_words};
 use super::drafts::Drafts;
@@ -18,43 +19,43 @@ pub(super) fn keeps_awake(schema: &Schema, port: usize) -> bool {
 }
 
 /// Returns the perceptive schemas and drivers that `awake` names; reports other names.
-pub(super) fn of_the_roots(report: &mut FaultReport, drafts: &Drafts, awake: &[Text]) -> Vec<usize> {
+pub(super) fn of_the_roots(report: &mut FaultReport, drafts: &Drafts, awake: &[Text]) -> Vec<SchemaId> {
     let (mut needed, mut known) = (Vec::new(), HashSet::new());
     for name in awake {
-        let Some(index) = drafts.find(report, "`awake` of the application", name.text, &name.span) else {
+        let Some(id) = drafts.find(report, "`awake` of the application", name.text, &name.span) else {
             continue;
         };
-        if drafts
-            .schema(index)
-            .is_some_and(|schema| schema.kind == Kind::Motor)
-        {
+        if drafts.schema(id).is_some_and(|schema| schema.kind == Kind::Motor) {
             report
                 .fault(
                     &name.span,
-                    format!("`awake` names {}, which is a motor schema", drafts.quoted(index)),
+                    format!("`awake` names {}, which is a motor schema", drafts.quoted(id)),
                 )
                 .advise("name it among the `roots`, or as the child of a father");
-        } else if known.insert(index) {
-            needed.push(index);
+        } else if known.insert(id) {
+            needed.push(id);
         }
     }
     needed
 }
 
 /// Reports imports by which perceptive schemas and drivers need each other in a cycle: none of them could ever sleep.
-pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances: &[Option<InstanceConfig>]) {
-    let edges: Vec<Vec<Edge>> = instances
-        .iter()
-        .enumerate()
-        .map(|(index, instance)| {
+pub(super) fn refuse_cycles(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
+) {
+    let edges = instances
+        .entries()
+        .map(|(id, instance)| {
             let needs = instance
                 .as_ref()
                 .filter(|instance| instance.schema.kind != Kind::Motor);
-            needs.map_or_else(Vec::new, |instance| edges(drafts, index, instance))
+            needs.map_or_else(Vec::new, |instance| edges(drafts, id, instance))
         })
         .collect();
     for (cycle, span) in find_cycles(&edges) {
-        let names = in_words(&cycle, |index| drafts.list[index].name.to_owned());
+        let names = in_words(&cycle, |id| drafts.list[id].name.to_owned());
         report
             .fault(
                 &span,
@@ -70,21 +71,23 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
 pub(super) fn refuse_self_triggers(
     report: &mut FaultReport,
     drafts: &Drafts,
-    instances: &[Option<InstanceConfig>],
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
 ) {
-    for (index, instance) in instances.iter().enumerate() {
+    for (id, instance) in instances.entries() {
         let Some(instance) = instance else { continue };
         for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
             let Binding::Import {
-                source: Some(ImportSource::Local(provider, number)),
+                source: Some(ImportSource::Local(provider)),
                 trigger: true,
                 ..
             } = *binding
             else {
                 continue;
             };
-            if provider == index && matches!(instance.schema.ports[number].role, Role::Export { .. }) {
-                let section = &drafts.list[index].section;
+            if provider.instance == id
+                && matches!(instance.schema.ports[provider.port].role, Role::Export { .. })
+            {
+                let section = &drafts.list[id].section;
                 let span = section.entry_span("imports", &port.name);
                 let message = format!(
                     "{} would trigger itself without end: {} is its own export, and triggers it",
@@ -103,29 +106,29 @@ pub(super) fn refuse_self_triggers(
 pub(super) fn refuse_stale_modulations(
     report: &mut FaultReport,
     drafts: &Drafts,
-    instances: &[Option<InstanceConfig>],
+    instances: &Table<SchemaId, Option<InstanceConfig>>,
 ) {
-    for (index, instance) in instances.iter().enumerate() {
+    for (id, instance) in instances.entries() {
         let Some(instance) = instance else { continue };
         for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
             let Binding::Import {
-                source: Some(ImportSource::Local(provider, number)),
+                source: Some(ImportSource::Local(provider)),
                 stale_ns: Some(_),
                 ..
             } = *binding
             else {
                 continue;
             };
-            let Some(provider) = &instances[provider] else {
+            let Some(owner) = &instances[provider.instance] else {
                 continue;
             };
-            let source = &provider.schema.ports[number];
+            let source = &owner.schema.ports[provider.port];
             if matches!(source.role, Role::Modulation { .. }) {
-                let span = drafts.list[index].section.entry_span("imports", &port.name);
+                let span = drafts.list[id].section.entry_span("imports", &port.name);
                 let message = format!(
                     "{} has `stale`, and {} is a modulation, whose value does not age",
                     quote(&port.name),
-                    quote(&format!("{}.{}", provider.name, source.name))
+                    quote(&format!("{}.{}", owner.name, source.name))
                 );
                 report.fault(&span, message).advise("remove `stale`");
             }
@@ -133,26 +136,27 @@ pub(super) fn refuse_stale_modulations(
     }
 }
 
-fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> {
-    let section = &drafts.list[index].section;
+fn edges(drafts: &Drafts, id: SchemaId, instance: &InstanceConfig) -> Vec<Edge> {
+    let section = &drafts.list[id].section;
     let own = instance.schema.ports.len() - instance.listed.len();
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     ports
         .enumerate()
         .filter_map(|(place, (port, binding))| {
             let Binding::Import {
-                source: Some(ImportSource::Local(provider, number)),
+                source: Some(ImportSource::Local(provider)),
                 ..
             } = *binding
             else {
                 return None;
             };
-            let needed = provider != index && keeps_awake(drafts.schema(provider)?, number);
+            let needed =
+                provider.instance != id && keeps_awake(drafts.schema(provider.instance)?, provider.port);
             let listed = place.checked_sub(own).map(|place| &instance.listed[place]);
             let (table, key) = listed.map_or(("imports", &port.name), |listed| {
                 (&instance.schema.lists[listed.list].name, &listed.label)
             });
-            needed.then(|| (provider, section.entry_span(table, key)))
+            needed.then(|| (provider.instance, section.entry_span(table, key)))
         })
         .collect()
 }

@@ -4,9 +4,9 @@ use jde_abi::describe::Scalar;
 use jde_board::value::Value;
 use toml::de::DeValue;
 
+use super::units::{QuantityError, quantity};
 use super::values::ValueTarget;
 use jde_document::section::{self, Node, expect, report_wrong_shape};
-use jde_document::units::{QuantityError, quantity};
 use jde_document::{FaultReport, quote};
 
 impl ValueTarget<'_> {
@@ -73,7 +73,7 @@ impl ValueTarget<'_> {
         if value.is_none() {
             report.fault(
                 &node.span(),
-                format!("{} is no whole number from {least} to {most}", self.label()),
+                format!("{} is not a whole number from {least} to {most}", self.label()),
             );
         }
         value

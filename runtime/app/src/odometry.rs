@@ -2,34 +2,34 @@
 //! noticed.
 
 use jde_abi::describe::{Kind, Role};
+use jde_core::SchemaId;
 use jde_types::{Checks, Odometry, Value};
 
-use crate::{Application, InstanceConfig};
+use crate::{Application, InstanceConfig, InstancePort};
 
 impl Application {
-    /// Returns the odometry of the base on which a driver's sensors are, as the number of an instance and its port: that
-    /// of the driver itself, or else the only one of all drivers. `None` for other schemas, and if there is none or there
+    /// Returns the odometry of the base on which a driver's sensors are: that of the driver itself, or else the only
+    /// one of all drivers. `None` for other schemas, and if there is none or there
     /// are several.
     #[must_use]
-    pub fn odometry_of(&self, instance: usize) -> Option<(usize, usize)> {
+    pub fn odometry_of(&self, instance: SchemaId) -> Option<InstancePort> {
         let odometry = Odometry::describe();
-        let of = |number: usize| {
-            let schema = &self.instances[number].schema;
+        let of = |instance: SchemaId| {
+            let schema = &self.instances[instance].schema;
             let mut ports = schema.ports.iter();
-            ports.position(|port| {
+            let port = ports.position(|port| {
                 matches!(port.role, Role::Export { .. }) && port.value_type.name == odometry.name
-            })
+            })?;
+            Some(InstancePort { instance, port })
         };
-        let is_driver = |number: &usize| self.instances[*number].schema.kind == Kind::Driver;
+        let is_driver = |instance: &SchemaId| self.instances[*instance].schema.kind == Kind::Driver;
         if !is_driver(&instance) {
             return None;
         }
-        if let Some(port) = of(instance) {
-            return Some((instance, port));
+        if let Some(own) = of(instance) {
+            return Some(own);
         }
-        let mut all = (0..self.instances.len())
-            .filter(is_driver)
-            .filter_map(|number| Some((number, of(number)?)));
+        let mut all = self.instances.ids().filter(is_driver).filter_map(of);
         all.next().filter(|_| all.next().is_none())
     }
 
@@ -40,7 +40,7 @@ impl Application {
             let mut ports = instance.schema.ports.iter();
             ports.any(|port| matches!(port.role, Role::Command { .. }))
         };
-        let drivers = self.instances.iter().enumerate();
+        let drivers = self.instances.entries();
         let moves = self.instances.iter().any(moves);
         drivers.filter(move |_| moves).filter_map(|(number, instance)| {
             let sensor = sensor(instance).filter(|_| instance.schema.kind == Kind::Driver)?;

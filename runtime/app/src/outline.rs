@@ -10,6 +10,7 @@ use super::Executor;
 use super::drafts::{Drafts, refuse_bad_name};
 use super::link::{self, Link};
 use super::recorded;
+use super::time;
 use jde_document::section::{Section, Text, integer};
 use jde_document::{FaultReport, quote};
 
@@ -242,7 +243,7 @@ fn mission<'a>(report: &mut FaultReport, top: &Section<'a>) -> (Option<Text<'a>>
             .fault(&section.span, "`mission` does not name an export")
             .advise("add from = \"SCHEMA.mission\"");
     }
-    (from, section.time(report, "stalls"))
+    (from, time::of(report, &section, "stalls"))
 }
 
 fn seed(report: &mut FaultReport, top: &Section) -> u64 {
@@ -252,7 +253,7 @@ fn seed(report: &mut FaultReport, top: &Section) -> u64 {
         report
             .fault(
                 &node.span(),
-                "`seed` of the application is no whole number from 0 to 2^64 - 1",
+                "`seed` of the application is not a whole number from 0 to 2^64 - 1",
             )
             .advise("write a number such as seed = 7");
     }

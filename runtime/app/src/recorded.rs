@@ -27,7 +27,7 @@ pub(super) fn definitions(
 ) -> BTreeMap<String, String> {
     let mut definitions = BTreeMap::new();
     for recording in recordings {
-        let cut = || io::Error::other("it is no complete MCAP file");
+        let cut = || io::Error::other("it is not a complete MCAP file");
         let found = summary(&folder.join(recording.text))
             .and_then(|summary| summary.as_deref().and_then(schemas).ok_or_else(cut));
         match found {

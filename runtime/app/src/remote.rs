@@ -10,6 +10,7 @@ use jde_core::Nanos;
 
 use super::drafts::is_legal_name;
 use super::link::Link;
+use super::time;
 use super::variable;
 use jde_document::section::{Section, Text, WordOrTable};
 use jde_document::{FaultReport, quote};
@@ -96,7 +97,7 @@ fn entry<'a>(report: &mut FaultReport, table: &Section<'a>, role: Text<'a>) -> O
             let from = inner.text(report, "from");
             let stale = inner
                 .get("stale")
-                .and_then(|node| Some((inner.time(report, "stale")?, node.span())));
+                .and_then(|node| Some((time::of(report, &inner, "stale")?, node.span())));
             Some(ImportEntry {
                 role,
                 from: from?,

@@ -5,8 +5,8 @@ use jde_abi::describe::Schema;
 use jde_core::{Nanos, Restart};
 
 use super::isolation::{Isolation, isolation};
+use super::time;
 use jde_document::section::{Section, WordOrTable, integer};
-use jde_document::time;
 use jde_document::{FaultReport, quote};
 
 /// The default first back-off of a restart, ns: long enough for a device to recover and for a person to
@@ -20,7 +20,7 @@ const LIMIT: u32 = 5;
 const WITHIN: Nanos = 60_000_000_000;
 
 /// The contents of a schema's own keys.
-pub(super) struct Settings {
+pub(super) struct InstanceSettings {
     pub(super) doc: String,
     pub(super) period_ns: Nanos,
     pub(super) budget_ns: Nanos,
@@ -29,7 +29,7 @@ pub(super) struct Settings {
     pub(super) isolate: Option<Isolation>,
 }
 
-impl Settings {
+impl InstanceSettings {
     /// Reads the keys; missing ones are the type's.
     pub(super) fn read(report: &mut FaultReport, section: &Section, schema: Option<&Schema>) -> Self {
         let type_period = schema.map_or(0, |schema| schema.period_ns);
@@ -38,7 +38,7 @@ impl Settings {
             .get("period")
             .and_then(|node| time::period(report, &section.key("period"), node))
             .unwrap_or(type_period);
-        let budget_ns = section.time(report, "budget");
+        let budget_ns = time::of(report, section, "budget");
         // A type without a budget has the period as its budget, also if the file changes the period.
         let budget_ns = budget_ns.or(type_budget).unwrap_or(period_ns);
         Self {
@@ -106,7 +106,7 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
         }
     };
     table.refuse_unknown(report, &["back-off", "limit", "within"]);
-    let backoff = table.time(report, "back-off").unwrap_or(BACK_OFF);
+    let backoff = time::of(report, &table, "back-off").unwrap_or(BACK_OFF);
     let limit = table.get("limit").map_or(Some(LIMIT), |node| {
         let limit = integer(node.get_ref())
             .and_then(|limit| u32::try_from(limit).ok())
@@ -115,12 +115,12 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
             report
                 .fault(
                     &node.span(),
-                    format!("{} is no whole number above 0", table.key("limit")),
+                    format!("{} is not a whole number above 0", table.key("limit")),
                 )
                 .advise("state the number of restarts, or write restart = \"never\"");
         }
         limit
     });
-    let within = table.time(report, "within").unwrap_or(WITHIN);
+    let within = time::of(report, &table, "within").unwrap_or(WITHIN);
     on_fault(backoff, limit.unwrap_or(LIMIT), within)
 }

@@ -4,7 +4,7 @@ use jde_abi::describe;
 use jde_core::{GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 
 use super::needs::keeps_awake;
-use super::{Application, Binding, GroupConfig, ImportSource, InstanceConfig};
+use super::{Application, Binding, GroupConfig, ImportSource, InstanceConfig, InstancePort};
 
 impl Application {
     /// Returns the application as the rules see it. Schemas and groups are numbered as in
@@ -14,16 +14,14 @@ impl Application {
     #[must_use]
     pub fn spec(&self) -> Spec {
         Spec {
-            schemas: (0..self.instances.len())
-                .map(|index| self.schema_spec(index))
-                .collect(),
+            schemas: self.instances.map_ids(|id| self.schema_spec(id)),
             groups: self.groups.iter().map(group_spec).collect(),
         }
     }
 
-    fn schema_spec(&self, index: usize) -> SchemaSpec {
-        let instance = &self.instances[index];
-        let (needs, only_commands) = self.needs(index);
+    fn schema_spec(&self, id: SchemaId) -> SchemaSpec {
+        let instance = &self.instances[id];
+        let (needs, only_commands) = self.needs(id);
         SchemaSpec {
             name: instance.name.clone(),
             kind: match instance.schema.kind {
@@ -42,40 +40,44 @@ impl Application {
 
     /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, the guards
     /// of its commands, and those that every root needs if it is one, each once; and those that it only commands.
-    fn needs(&self, index: usize) -> (Vec<SchemaId>, Vec<SchemaId>) {
+    fn needs(&self, id: SchemaId) -> (Vec<SchemaId>, Vec<SchemaId>) {
         let (mut needs, mut sees) = (Vec::new(), Vec::new());
-        for binding in &self.instances[index].bindings {
+        for binding in &self.instances[id].bindings {
             let (Binding::Import {
-                source: Some(ImportSource::Local(provider, port)),
+                source: Some(ImportSource::Local(provider)),
                 ..
             }
             | Binding::Actuator {
-                target: Some((provider, port)),
+                target: Some(provider),
             }) = *binding
             else {
                 continue;
             };
-            let schema = &self.instances[provider].schema;
+            let InstancePort {
+                instance: owner,
+                port,
+            } = provider;
             let guards = match binding {
-                Binding::Actuator { .. } => self.guards(index, (provider, port)),
+                Binding::Actuator { .. } => self.guards(id, provider),
                 _ => Vec::new(),
             };
-            let provider = (provider != index && keeps_awake(schema, port)).then_some(provider);
+            let is_needed = owner != id && keeps_awake(&self.instances[owner].schema, port);
+            let owner = is_needed.then_some(owner);
             if matches!(binding, Binding::Import { .. }) {
-                sees.extend(provider.map(id));
+                sees.extend(owner);
             }
-            sees.extend(guards.iter().copied().map(id));
-            for need in provider.into_iter().chain(guards).map(id) {
+            sees.extend(&guards);
+            for need in owner.into_iter().chain(guards) {
                 if !needs.contains(&need) {
                     needs.push(need);
                 }
             }
         }
-        let is_root = is_root(&self.instances[index]);
-        for need in self.awake.iter().filter(|_| is_root).copied().map(id) {
-            sees.push(need);
-            if !needs.contains(&need) {
-                needs.push(need);
+        let is_root = is_root(&self.instances[id]);
+        for need in self.awake.iter().filter(|_| is_root) {
+            sees.push(*need);
+            if !needs.contains(need) {
+                needs.push(*need);
             }
         }
         let only_commands = needs
@@ -111,16 +113,12 @@ impl InstanceConfig {
 fn group_spec(group: &GroupConfig) -> GroupSpec {
     GroupSpec {
         name: group.name.clone(),
-        father: group.father.map(id),
-        members: group.members.iter().copied().map(id).collect(),
+        father: group.father,
+        members: group.members.clone(),
         policy: group.policy,
         absence: group.absence,
         patience: group.patience_ns,
         budget: group.budget_ns,
         retry: group.retry_ns,
     }
-}
-
-fn id(index: usize) -> SchemaId {
-    SchemaId(u32::try_from(index).expect("an application file is too small for that many instances"))
 }

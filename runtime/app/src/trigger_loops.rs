@@ -2,6 +2,7 @@
 //! without end. Those without a motor schema are refused, because they would also keep each other awake.
 
 use jde_abi::describe::Role;
+use jde_core::SchemaId;
 
 use super::cycle::{Edge, find_cycles, in_words};
 use super::{Application, Binding, ImportSource};
@@ -9,11 +10,9 @@ use super::{Application, Binding, ImportSource};
 impl Application {
     /// Warns of each circle of imports that trigger.
     pub(super) fn warn_of_trigger_loops(&self) -> impl Iterator<Item = String> {
-        let edges: Vec<Vec<Edge>> = (0..self.instances.len())
-            .map(|index| self.triggers(index))
-            .collect();
+        let edges = self.instances.map_ids(|id| self.triggers(id));
         find_cycles(&edges).into_iter().map(|(circle, _)| {
-            let names = in_words(&circle, |index| self.instances[index].name.clone());
+            let names = in_words(&circle, |id| self.instances[id].name.clone());
             let line = self.instances[circle[0]].line;
             format!(
                 "line {line}: these schemas trigger each other: {names}. If each exports in its check, they check without end, for up to \
@@ -23,18 +22,18 @@ impl Application {
     }
 
     /// The schemas whose exports trigger this one.
-    fn triggers(&self, index: usize) -> Vec<Edge> {
-        let triggering = self.instances[index].bindings.iter().filter_map(|binding| {
+    fn triggers(&self, id: SchemaId) -> Vec<Edge> {
+        let triggering = self.instances[id].bindings.iter().filter_map(|binding| {
             let Binding::Import {
-                source: Some(ImportSource::Local(provider, port)),
+                source: Some(ImportSource::Local(provider)),
                 trigger: true,
                 ..
             } = *binding
             else {
                 return None;
             };
-            let role = &self.instances[provider].schema.ports[port].role;
-            matches!(role, Role::Export { .. }).then_some((provider, 0..0))
+            let role = &self.instances[provider.instance].schema.ports[provider.port].role;
+            matches!(role, Role::Export { .. }).then_some((provider.instance, 0..0))
         });
         triggering.collect()
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use jde_abi::describe::Plugin;
-use jde_board::nearest;
+use jde_nearest::nearest;
 
 use super::drafts::{Drafts, ResolvedType};
 use super::{Catalogue, Unusable};
@@ -28,7 +28,7 @@ pub(super) fn resolve(
         type_names: OnceCell::new(),
         resolved: HashMap::new(),
     };
-    for draft in &mut drafts.list {
+    for draft in drafts.list.iter_mut() {
         if draft.section.get("type").is_none() {
             let message = format!("{} has no `type`", draft.section.label);
             let fault = report.fault(&draft.section.span, message);

@@ -1,9 +1,9 @@
 //! How long values and commands are valid (R19, R7). It follows from the file and the types alone and is fixed at
 //! the start, so no period that is written later lengthens it.
 
+use crate::period::format_setting;
 use jde_abi::describe::{Role, Validity};
 use jde_core::Nanos;
-use jde_document::period::format_setting;
 
 use super::{Application, Binding, InstanceConfig};
 
@@ -54,23 +54,22 @@ impl Application {
         let least = instance.command_validity_ns(instance.period_ns);
         instance.bindings.iter().filter_map(move |binding| {
             let Binding::Actuator {
-                target: Some((driver, command)),
+                target: Some(command),
             } = binding
             else {
                 return None;
             };
-            let driver = &self.instances[*driver];
-            let Role::Command { validity_ns, .. } = driver.schema.ports[*command].role else {
+            let driver = &self.instances[command.instance].schema;
+            let Role::Command { validity_ns, .. } = driver.ports[command.port].role else {
                 return None;
             };
             (least > validity_ns).then(|| {
                 format!(
-                    "line {}: a command of schema `{}` to `{}.{}` is in force for {}, two of its periods, and for {} by its driver: \
+                    "line {}: a command of schema `{}` to `{}` is in force for {}, two of its periods, and for {} by its driver: \
                      if it falls silent, the actuator goes on for so long. Shorten its `period`",
                     instance.line,
                     instance.name,
-                    driver.name,
-                    driver.schema.ports[*command].name,
+                    self.variable_name(*command),
                     format_setting(least),
                     format_setting(validity_ns),
                 )

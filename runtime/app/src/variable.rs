@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Port, Role};
 
+use super::InstancePort;
 use super::drafts::Drafts;
 use jde_document::section::Text;
 use jde_document::{FaultReport, quote, quote_all};
@@ -28,7 +29,7 @@ impl VariableKind {
             Role::Export { .. } => self != Self::Command,
             Role::Modulation { .. } => self == Self::Readable,
             Role::Command { .. } => self == Self::Command,
-            Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => false,
+            Role::Import | Role::Actuator | Role::ChildModulation { .. } => false,
         }
     }
 
@@ -58,13 +59,13 @@ pub(super) fn find(
     written: &Text,
     kind: VariableKind,
     reader: Option<&Port>,
-) -> Option<(usize, usize)> {
+) -> Option<InstancePort> {
     let (instance, name) = match written.text.split_once('.') {
         Some((instance, name)) => (instance, Some(name)),
         None => (written.text, None),
     };
-    let index = drafts.find(report, what, instance, &written.span)?;
-    let schema = Arc::clone(drafts.schema(index)?);
+    let id = drafts.find(report, what, instance, &written.span)?;
+    let schema = Arc::clone(drafts.schema(id)?);
     let admitted = || schema.ports.iter().filter(|port| kind.admits(&port.role));
     let names = || admitted().map(|port| port.name.as_str());
     let owner = quote(instance);
@@ -86,7 +87,7 @@ pub(super) fn find(
         .iter()
         .position(|port| port.name == name && kind.admits(&port.role));
     if let Some(port) = place {
-        return Some((index, port));
+        return Some(InstancePort { instance: id, port });
     }
     match schema.ports.iter().find(|port| port.name == name) {
         Some(port) => {
@@ -115,7 +116,10 @@ pub(super) fn can_bind(
     drafts: &Drafts,
     what: &str,
     port: &Port,
-    (instance, number): (usize, usize),
+    InstancePort {
+        instance,
+        port: number,
+    }: InstancePort,
     span: &Range<usize>,
     help: impl FnOnce() -> Option<String>,
 ) -> bool {
@@ -174,7 +178,7 @@ pub(super) fn unit(port: &Port) -> Option<&str> {
 
 fn role_noun(role: &Role) -> &'static str {
     match role {
-        Role::Import { .. } => "an import",
+        Role::Import => "an import",
         Role::Export { .. } => "an export",
         Role::Modulation { .. } => "a modulation",
         Role::Command { .. } => "a command",

@@ -11,7 +11,7 @@ use jde_document::{FaultReport, quote};
 
 /// Gives every schema whose type has such a role the children that the file names.
 pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {
-    for draft in &mut drafts.list {
+    for draft in drafts.list.iter_mut() {
         let Some(found) = &mut draft.resolved else {
             continue;
         };

@@ -1,13 +1,13 @@
 //! Warnings about settings that may be intended, so they are no faults: roots that compete in one group
 //! although they share no actuator, a period far from the type's, a C++ plugin that may throw, what is valid for too long or too
-//! short a time, commands that no guard judges, and schemas that trigger each other.
+//! short a time, values that do not agree, commands that no guard judges, and schemas that trigger each other.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 
-use super::{Application, Binding, GroupConfig, InstanceConfig};
-use jde_document::period::format_setting;
+use super::{Application, Binding, GroupConfig, InstanceConfig, InstancePort};
+use crate::period::format_setting;
 use jde_document::quote_all;
 
 /// How many times longer or shorter than the type's period a period probably has the wrong unit.
@@ -18,7 +18,7 @@ const NEAR: Nanos = 10;
 const NEXT_UNIT: Nanos = 1000;
 
 /// Instances and ports of commands.
-type Commands = BTreeSet<(usize, usize)>;
+type Commands = BTreeSet<InstancePort>;
 
 impl Application {
     /// Returns warnings about settings that are valid but may not be intended: a sentence or two each, with
@@ -32,6 +32,7 @@ impl Application {
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
             .chain(self.warn_of_validity())
+            .chain(self.warn_of_disagreements())
             .chain(self.warn_of_sensors())
             .chain(self.warn_of_unjudged())
             .chain(self.warn_of_trigger_loops())
@@ -57,14 +58,14 @@ impl Application {
     }
 
     /// Returns, for each root, the commands that it and the schemas below it are bound to.
-    fn commands_below(&self) -> HashMap<usize, Commands> {
-        let mut below: HashMap<usize, Commands> = HashMap::new();
-        for (number, instance) in self.instances.iter().enumerate() {
+    fn commands_below(&self) -> HashMap<SchemaId, Commands> {
+        let mut below: HashMap<SchemaId, Commands> = HashMap::new();
+        for (id, instance) in self.instances.entries() {
             let commands = instance.bindings.iter().filter_map(|binding| match binding {
                 Binding::Actuator { target } => *target,
                 _ => None,
             });
-            below.entry(self.root(number)).or_default().extend(commands);
+            below.entry(self.root(id)).or_default().extend(commands);
         }
         below
     }
@@ -73,10 +74,10 @@ impl Application {
     fn warn_of_disjoint_roots(
         &self,
         level: &GroupConfig,
-        below: &mut HashMap<usize, Commands>,
+        below: &mut HashMap<SchemaId, Commands>,
     ) -> Option<String> {
         // Members that share a command are one part, which its last member names.
-        let mut user_of: HashMap<(usize, usize), usize> = HashMap::new();
+        let mut user_of: HashMap<InstancePort, usize> = HashMap::new();
         let mut newer: Vec<usize> = Vec::new();
         let last = |newer: &mut Vec<usize>, mut member: usize| {
             while newer[member] != member {
@@ -96,7 +97,7 @@ impl Application {
                 }
             }
         }
-        let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut parts: BTreeMap<usize, Vec<SchemaId>> = BTreeMap::new();
         for (member, (root, _)) in members.iter().enumerate() {
             let part = last(&mut newer, member);
             parts.entry(part).or_default().push(*root);
@@ -104,7 +105,7 @@ impl Application {
         if parts.len() < 2 {
             return None;
         }
-        let name = |root: &usize| self.instances[*root].name.as_str();
+        let name = |root: &SchemaId| self.instances[*root].name.as_str();
         let mut names = parts.values().map(|roots| quote_all(roots.iter().map(name)));
         let (first, rest) = (names.next()?, names.collect::<Vec<_>>().join(", nor with "));
         let line = parts
@@ -119,11 +120,11 @@ impl Application {
     }
 
     /// Returns the root above a schema, or the schema itself.
-    fn root(&self, mut number: usize) -> usize {
-        while let Some(father) = self.instances[number].father {
-            number = father;
+    fn root(&self, mut id: SchemaId) -> SchemaId {
+        while let Some(father) = self.instances[id].father {
+            id = father;
         }
-        number
+        id
     }
 }
 

@@ -4,12 +4,13 @@
 use std::collections::HashMap;
 
 use jde_abi::describe::{ListKind, Port, Role, Schema};
+use jde_abi::raw;
 
 use super::drafts::{Drafts, InstanceContext};
 use super::lists;
 use super::remote::{self, RemoteVariables};
 use super::variable::{self, VariableKind};
-use super::{Binding, ImportSource};
+use super::{Binding, ImportSource, InstancePort};
 use jde_document::MAX_LISTED;
 use jde_document::section::Text;
 use jde_document::{FaultReport, quote, quote_all};
@@ -34,9 +35,9 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
         .ports
         .iter()
         .map(|port| match &port.role {
-            Role::Import { trigger } => Binding::Import {
+            Role::Import => Binding::Import {
                 source: None,
-                trigger: *trigger,
+                trigger: port.has(raw::TRIGGER),
                 stale_ns: None,
             },
             Role::Export { .. } => Binding::Export,
@@ -74,7 +75,7 @@ pub(super) fn imports(
                 .map(ImportSource::Remote)
         } else {
             let found = table.find(report, instance, &what, &entry.from, port);
-            found.map(|(instance, port)| ImportSource::Local(instance, port))
+            found.map(ImportSource::Local)
         };
         if let Binding::Import { source, stale_ns, .. } = &mut bindings[port] {
             (*source, *stale_ns) = (found, entry.local_stale());
@@ -114,7 +115,7 @@ fn listed_imports(
             let place = own + place;
             let found = table.find(report, instance, &what, &from, place);
             if let Binding::Import { source, .. } = &mut bindings[place] {
-                *source = found.map(|(instance, port)| ImportSource::Local(instance, port));
+                *source = found.map(ImportSource::Local);
             }
         }
     }
@@ -172,7 +173,7 @@ pub(super) fn triggers(report: &mut FaultReport, instance: &InstanceContext, bin
                 .suggest(name.text, "imports", imports.map(|port| port.name.as_str()));
             continue;
         };
-        if instance.schema.ports[port].optional && !section.is_set("imports", name.text) {
+        if instance.schema.ports[port].has(raw::OPTIONAL) && !section.is_set("imports", name.text) {
             report
                 .fault(
                     &name.span,
@@ -187,12 +188,12 @@ pub(super) fn triggers(report: &mut FaultReport, instance: &InstanceContext, bin
 }
 
 /// Finds the variable that states when the application is done.
-pub(super) fn mission(report: &mut FaultReport, drafts: &Drafts, written: &Text) -> Option<(usize, usize)> {
+pub(super) fn mission(report: &mut FaultReport, drafts: &Drafts, written: &Text) -> Option<InstancePort> {
     let what = "`mission` of the application";
-    let (instance, port) = variable::find(report, drafts, what, written, VariableKind::Export, None)?;
-    let found = &drafts.schema(instance)?.ports[port].value_type.name;
+    let export = variable::find(report, drafts, what, written, VariableKind::Export, None)?;
+    let found = &drafts.schema(export.instance)?.ports[export.port].value_type.name;
     if found == MISSION {
-        return Some((instance, port));
+        return Some(export);
     }
     report
         .fault(
@@ -235,7 +236,7 @@ impl RoleTable {
         what: &str,
         written: &Text,
         port: usize,
-    ) -> Option<(usize, usize)> {
+    ) -> Option<InstancePort> {
         let port = &instance.schema.ports[port];
         let found = variable::find(report, instance.drafts, what, written, self.kind, Some(port))?;
         let help = || Some(list_candidates(instance, port, self.kind));
@@ -245,7 +246,7 @@ impl RoleTable {
     /// Reports required ports that the table leaves unbound.
     fn refuse_unbound(self, report: &mut FaultReport, instance: &InstanceContext) {
         let ports = instance.schema.ports.iter();
-        for port in ports.filter(|port| (self.is_role)(port) && !port.optional) {
+        for port in ports.filter(|port| (self.is_role)(port) && !port.has(raw::OPTIONAL)) {
             if !instance.section().is_set(self.key, &port.name) {
                 report_missing(report, instance, self.key, port, self.kind);
             }
@@ -280,9 +281,9 @@ fn candidates<'c>(
     port: &'c Port,
     kind: VariableKind,
 ) -> impl Iterator<Item = String> + 'c {
-    let others = (0..instance.drafts.list.len()).filter(|index| *index != instance.index);
+    let others = instance.drafts.list.ids().filter(|id| *id != instance.id);
     others
-        .filter_map(|index| Some((instance.drafts.list[index].name, instance.drafts.schema(index)?)))
+        .filter_map(|id| Some((instance.drafts.list[id].name, instance.drafts.schema(id)?)))
         .flat_map(move |(name, schema)| {
             let fitting = schema.ports.iter().filter(move |other| {
                 // A modulation can be read, but is rarely intended.
@@ -304,7 +305,7 @@ fn list_candidates(instance: &InstanceContext, port: &Port, kind: VariableKind) 
 }
 
 fn is_import(port: &Port) -> bool {
-    matches!(port.role, Role::Import { .. })
+    matches!(port.role, Role::Import)
 }
 
 pub(super) fn is_modulation(port: &Port) -> bool {

@@ -1,9 +1,11 @@
 //! The board: all shared variables of an application by name. It does not interpret them.
 
 use std::collections::HashMap;
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::Arc;
 
-use crate::nearest::nearest;
+use jde_nearest::nearest;
+use parking_lot::RwLock;
+
 use crate::{Declaration, Error, Variable};
 
 /// All shared variables of an application. Each schema has its own name space: `owner.name`. Any thread may
@@ -47,7 +49,7 @@ impl Board {
     fn add(&self, declaration: Declaration, shared: bool) -> Result<Arc<Variable>, Error> {
         let name = declaration.full_name();
         let variable = Arc::new(Variable::new(declaration, shared)?);
-        let mut variables = self.variables.write().unwrap_or_else(PoisonError::into_inner);
+        let mut variables = self.variables.write();
         if variables.by_name.contains_key(&name) {
             return Err(Error::Duplicate(name));
         }
@@ -60,7 +62,7 @@ impl Board {
     /// Returns the variable with this full name, if there is one.
     #[must_use]
     pub fn find(&self, full_name: &str) -> Option<Arc<Variable>> {
-        let variables = self.variables.read().unwrap_or_else(PoisonError::into_inner);
+        let variables = self.variables.read();
         let index = *variables.by_name.get(full_name)?;
         Some(variables.declared[index].clone())
     }
@@ -84,7 +86,7 @@ impl Board {
 
     /// Returns all variables that exist now, in the order of their declarations.
     pub fn list(&self) -> impl Iterator<Item = Arc<Variable>> + use<> {
-        let variables = self.variables.read().unwrap_or_else(PoisonError::into_inner);
+        let variables = self.variables.read();
         variables.declared.clone().into_iter()
     }
 }

@@ -19,8 +19,6 @@ mod error;
 #[cfg(not(loom))]
 pub mod finite;
 #[cfg(not(loom))]
-mod nearest;
-#[cfg(not(loom))]
 mod notifier;
 #[cfg(not(loom))]
 mod rate;
@@ -48,7 +46,6 @@ pub use {
     board::Board,
     declaration::{Access, Declaration, LASTING, Nanos, Stamp},
     error::{Error, Refused},
-    nearest::nearest,
     reader::{Latched, Reader},
     shared::{Mapping, Shared},
     variable::{Variable, VariableStatus},

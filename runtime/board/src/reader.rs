@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use crate::cell::{Aligned, Pin, SlotStamp, VersionCheck};
 use crate::store::Cell;
-use crate::variable::lock;
 use crate::{Access, Nanos, Stamp, Variable};
 
 /// Reads a variable. A drop releases its value.
@@ -204,7 +203,7 @@ impl Reader {
                 )
             }
             (Storage::LockedCopy(copy), Cell::Pinned(pinned)) => {
-                let _guard = lock(&self.variable.copy_lock);
+                let _guard = self.variable.copy_lock.lock();
                 let pin = pinned.pin();
                 // SAFETY: pinned in this cell.
                 let newest = unsafe { pinned.bytes(&pin) };

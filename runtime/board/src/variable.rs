@@ -3,9 +3,11 @@
 
 #![allow(unsafe_code, reason = "a claimed slot is written in place")]
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+
+use parking_lot::Mutex;
 
 use crate::finite::Finite;
 use crate::notifier::Notifier;
@@ -127,7 +129,7 @@ impl Variable {
         let stamp = self.cell.newest();
         let written = stamp.sequence > 0;
         let age = now.saturating_sub(stamp.time);
-        let register = lock(&self.ports);
+        let register = self.ports.lock();
         VariableStatus {
             sequence: stamp.sequence,
             age: written.then_some(age),
@@ -138,7 +140,7 @@ impl Variable {
             readers: register.readers(),
             refused: self.refused.load(Ordering::Relaxed),
             not_finite: self.not_finite.load(Ordering::Relaxed),
-            not_finite_at: lock(&self.not_finite_at).clone(),
+            not_finite_at: self.not_finite_at.lock().clone(),
         }
     }
 
@@ -146,7 +148,7 @@ impl Variable {
     /// while another thread holds the name.
     #[must_use]
     pub fn not_finite_at(&self) -> Option<String> {
-        self.not_finite_at.try_lock().ok()?.clone()
+        self.not_finite_at.try_lock()?.clone()
     }
 
     /// Returns the number of the newest value; 0 before the first.
@@ -163,7 +165,7 @@ impl Variable {
     /// # Errors
     /// [`Error::TooManyWriters`]: an export has one writer at a time, other variables as many as declared.
     pub fn writer(self: &Arc<Self>, id: u32, name: &str) -> Result<Writer, Error> {
-        let mut register = lock(&self.ports);
+        let mut register = self.ports.lock();
         let Some(writer_index) = register.open_writer(id, name) else {
             return Err(Error::TooManyWriters {
                 variable: self.declaration.full_name(),
@@ -183,7 +185,7 @@ impl Variable {
     /// Opens it for reading. Tools show `name`.
     #[must_use]
     pub fn reader(self: &Arc<Self>, name: &str) -> Reader {
-        let ticket = lock(&self.ports).open_reader(name);
+        let ticket = self.ports.lock().open_reader(name);
         Reader::new(self.clone(), ticket)
     }
 
@@ -220,7 +222,7 @@ impl Variable {
     /// Permits a writer's commands to take effect (R7), now or as soon as it is opened. Only commands need
     /// grants.
     pub fn grant(&self, writer_id: u32) {
-        let mut register = lock(&self.ports);
+        let mut register = self.ports.lock();
         register.granted.insert(writer_id);
         if let Cell::Pinned(pinned) = &self.cell {
             register
@@ -233,7 +235,7 @@ impl Variable {
     /// effect, even if it began before. It never waits for the writer. Earlier commands stay until they are
     /// replaced or expire.
     pub fn withdraw(&self, writer_id: u32) {
-        let mut register = lock(&self.ports);
+        let mut register = self.ports.lock();
         register.granted.remove(&writer_id);
         if let Cell::Pinned(pinned) = &self.cell {
             register
@@ -245,7 +247,7 @@ impl Variable {
     /// Returns whether a writer's commands take effect.
     #[must_use]
     pub fn has_grant(&self, writer_id: u32) -> bool {
-        lock(&self.ports).granted.contains(&writer_id)
+        self.ports.lock().granted.contains(&writer_id)
     }
 
     /// Publishes a value of the host itself (braking, holding, an operator), whatever the grants, and returns
@@ -264,7 +266,7 @@ impl Variable {
             return Err(Refused::WrongSize);
         }
         self.check(bytes)?;
-        let guard = lock(&self.put_lock);
+        let guard = self.put_lock.lock();
         let mut claim = pinned.claim();
         // SAFETY: claimed from this cell; the slice ends with the copy.
         unsafe { pinned.bytes_mut(&mut claim) }.copy_from_slice(bytes);
@@ -393,7 +395,7 @@ impl Variable {
         if let Some(field) = finite.first_not_finite(bytes) {
             self.not_finite.fetch_add(1, Ordering::Relaxed);
             // If a tool holds the lock, the older name remains: a writer does not wait for a tool.
-            if let Ok(mut at) = self.not_finite_at.try_lock() {
+            if let Some(mut at) = self.not_finite_at.try_lock() {
                 *at = Some(field);
             }
             return Err(Refused::NotFinite);
@@ -430,12 +432,12 @@ impl Variable {
     }
 
     pub(crate) fn reader_name(&self, ticket: usize) -> String {
-        lock(&self.ports).reader_name(ticket).to_owned()
+        self.ports.lock().reader_name(ticket).to_owned()
     }
 
     /// Returns a ticket for a slot of the cell, if readers may hold one more.
     pub(crate) fn open_slot(&self) -> Result<usize, Error> {
-        let mut register = lock(&self.ports);
+        let mut register = self.ports.lock();
         let ticket = register.open_reader("an abandoned call");
         if ticket < self.declaration.readers {
             return Ok(ticket);
@@ -448,7 +450,7 @@ impl Variable {
     }
 
     pub(crate) fn close_writer(&self, writer_index: usize) {
-        let mut register = lock(&self.ports);
+        let mut register = self.ports.lock();
         register.close_writer(writer_index);
         if let Cell::Pinned(pinned) = &self.cell {
             pinned.withdraw(writer_index);
@@ -456,10 +458,6 @@ impl Variable {
     }
 
     pub(crate) fn close_reader(&self, ticket: usize) {
-        lock(&self.ports).close_reader(ticket);
+        self.ports.lock().close_reader(ticket);
     }
-}
-
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -59,7 +59,7 @@ impl Schema for Follow {
 /// A base with a laser.
 #[derive(Describe)]
 #[schema(driver, period = "10ms")]
-struct Base {
+struct CostBase {
     /// What the laser sees.
     #[export]
     laser: Export<LaserScan>,
@@ -68,7 +68,7 @@ struct Base {
     velocity: Command<Twist>,
 }
 
-impl Schema for Base {
+impl Schema for CostBase {
     fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
         let mut laser = self.laser.loan(cx);
         laser.range_max = 8.0;
@@ -78,7 +78,7 @@ impl Schema for Base {
     }
 }
 
-static PLUGIN: raw::Plugin = jde_schema::plugin!("cost", "What an iteration costs.", [Follow, Base]);
+static PLUGIN: raw::Plugin = jde_schema::plugin!("cost", "What an iteration costs.", [Follow, CostBase]);
 
 const APPLICATION: &str = r#"
     roots = ["follow"]

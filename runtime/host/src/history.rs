@@ -2,10 +2,11 @@
 //! original turn, not the newest.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_board::{Stamp, Variable};
+use parking_lot::Mutex;
 
 use jde_loader::AlignedBytes;
 use jde_records::turn::Turn;
@@ -59,7 +60,7 @@ impl History {
 
     /// Adds a value, unless it is the newest one already.
     pub(crate) fn push(&self, stamp: Stamp, bytes: &[u8]) {
-        let mut inner = self.lock();
+        let mut inner = self.inner.lock();
         inner.retracted = false;
         if inner
             .values
@@ -80,19 +81,19 @@ impl History {
 
     /// Marks the newest value as retracted.
     pub(crate) fn retract(&self) {
-        self.lock().retracted = true;
+        self.inner.lock().retracted = true;
     }
 
     /// Whether the value of that number, or a later one, has arrived. Numbers are as in turns.
     pub(crate) fn has_reached(&self, number: u32) -> bool {
-        let newest = self.lock().values.back().map(|last| last.stamp.sequence);
+        let newest = self.inner.lock().values.back().map(|last| last.stamp.sequence);
         newest.is_some_and(|newest| (newest as u32).wrapping_sub(number) < u32::MAX / 2)
     }
 
     /// Returns the value of that number, numbered as in turns. If no number is given, or that value is
     /// missing (which is counted), returns the newest.
     pub(crate) fn find(&self, number: u32) -> Option<Arc<HistoricValue>> {
-        let mut inner = self.lock();
+        let mut inner = self.inner.lock();
         if number == Turn::NO_VALUE {
             return None;
         }
@@ -108,11 +109,7 @@ impl History {
 
     /// Returns how often a requested value was missing.
     pub(crate) fn missed(&self) -> u64 {
-        self.lock().missed
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+        self.inner.lock().missed
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use jde_core::SchemaId;
 use jde_records::turn::{INPUTS, OnTurn, Turn, TurnKind};
 
 /// Numbers the transactions and forwards turns.
@@ -37,7 +38,7 @@ impl Journal {
     pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
         for (place, ports) in more.chunks(INPUTS).enumerate() {
             let first = (INPUTS * (place + 1)) as u64;
-            let mut next = Turn::new(TurnKind::MorePorts { first }, turn.schema as usize);
+            let mut next = Turn::new(TurnKind::MorePorts { first }, SchemaId(turn.schema));
             // Not a step, but every recorded message needs a time.
             next.checked.time = turn.time();
             next.inputs.resize(ports.len()).copy_from_slice(ports);

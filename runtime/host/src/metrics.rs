@@ -4,9 +4,9 @@ use std::sync::atomic::{
     AtomicBool, AtomicU64,
     Ordering::{Acquire, Relaxed, Release},
 };
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
+use parking_lot::{Mutex, MutexGuard};
 
 /// The divisor of the weight of a new interval: a mean follows a change of period within a second or two.
 const MEAN_WEIGHT: i64 = 8;
@@ -14,7 +14,7 @@ const MEAN_WEIGHT: i64 = 8;
 /// A judgement of a guard within a call of another schema (R18).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct RunningJudgement {
-    pub(crate) guard: usize,
+    pub(crate) guard: SchemaId,
     pub(crate) since: Nanos,
 }
 
@@ -68,7 +68,7 @@ impl InstanceMetrics {
     }
 
     /// Records that a guard judges a command of this call.
-    pub(crate) fn begin_judgement(&self, guard: usize, since: Nanos) -> RunningJudgement {
+    pub(crate) fn begin_judgement(&self, guard: SchemaId, since: Nanos) -> RunningJudgement {
         *self.judgement() = Some(RunningJudgement { guard, since });
         RunningJudgement { guard, since }
     }
@@ -98,7 +98,7 @@ impl InstanceMetrics {
     }
 
     fn judgement(&self) -> MutexGuard<'_, Option<RunningJudgement>> {
-        self.judgement.lock().unwrap_or_else(PoisonError::into_inner)
+        self.judgement.lock()
     }
 
     /// Records that a debugger holds the call that runs. Until the next [`Self::begin_call`] it has taken no time.
@@ -109,7 +109,7 @@ impl InstanceMetrics {
 
     /// Whether a debugger held a call since this was asked last.
     pub(crate) fn take_held(&self) -> bool {
-        self.was_held.swap(false, Relaxed)
+        self.was_held.load(Relaxed) && self.was_held.swap(false, Relaxed)
     }
 
     /// Records the end of a call.
@@ -152,7 +152,11 @@ impl InstanceMetrics {
         if last != 0 {
             update_mean(&self.mean_cycle, (start + 1).saturating_sub(last));
         }
-        update_mean(&self.mean_busy, busy + self.busy_between.swap(0, Relaxed));
+        let between = self.busy_between.load(Relaxed);
+        if between != 0 {
+            self.busy_between.store(0, Relaxed);
+        }
+        update_mean(&self.mean_busy, busy + between);
     }
 
     /// The instance falls asleep: the following pause is no cycle.

@@ -2,11 +2,12 @@
 //! distance to the target does not decrease. It reads the mission at each publication and applies no other
 //! criterion.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 
 use jde_core::Nanos;
 use jde_records::event::{Outcome, What};
 use jde_types::{Mission, Value};
+use parking_lot::Mutex;
 
 use crate::engine::Engine;
 
@@ -24,10 +25,10 @@ struct Progress {
 
 /// Concludes the application when its mission is published as done or failed.
 pub(crate) fn watch_mission(engine: &Arc<Engine>) {
-    let Some((instance, port)) = engine.application.mission else {
+    let Some(mission) = engine.application.mission else {
         return;
     };
-    let Some(variable) = engine.variables.of(instance, port) else {
+    let Some(variable) = engine.variables.of(mission) else {
         unreachable!("a mission is an export");
     };
     let progress = Mutex::new(Progress::default());
@@ -35,15 +36,15 @@ pub(crate) fn watch_mission(engine: &Arc<Engine>) {
     let weak: Weak<Engine> = Arc::downgrade(engine);
     engine.retain_watches([variable.watch(move || {
         let Some(engine) = weak.upgrade() else { return };
-        let Some(variable) = engine.variables.of(instance, port) else {
+        let Some(variable) = engine.variables.of(mission) else {
             return;
         };
         let mut reader = variable.reader("mission");
-        let mission = reader
+        let published = reader
             .latch(engine.clock.now())
             .and_then(|latched| Mission::from_bytes(latched.bytes));
-        let Some(mission) = mission else { return };
-        match mission.state {
+        let Some(published) = published else { return };
+        match published.state {
             Mission::DONE => engine.outcome.conclude(Outcome::Done),
             Mission::FAILED => engine.outcome.conclude(Outcome::Failed),
             _ => {}
@@ -52,16 +53,16 @@ pub(crate) fn watch_mission(engine: &Arc<Engine>) {
             return;
         };
         let now = engine.clock.now();
-        let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(since) = progress.check_stall(mission, now, patience) {
+        let mut progress = progress.lock();
+        if let Some(since) = progress.check_stall(published, now, patience) {
             drop(progress);
             // The publishing thread may be inside a call, and must not wait for the rules' lock.
             engine.rules.report_later(
                 What::Stalled {
-                    schema: instance,
+                    schema: mission.instance,
                     since,
-                    distance: mission.distance,
-                    reached: mission.reached,
+                    distance: published.distance,
+                    reached: published.reached,
                 }
                 .at(now),
             );

@@ -9,7 +9,7 @@ use jde_abi::describe::{Plugin, Port, Role};
 use jde_abi::inspect::Problem;
 use jde_app::{Application, Catalogue, Inspection, InstanceConfig, Unusable};
 use jde_board::value::{self, Value};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 
 use crate::running::StartError;
 
@@ -180,15 +180,15 @@ impl Mock {
         mut self,
         application: &Application,
         schema: &str,
-    ) -> Result<(usize, ResolvedMock), StartError> {
+    ) -> Result<(SchemaId, ResolvedMock), StartError> {
         let refused = |reason: String| StartError::Mock {
             schema: schema.to_owned(),
             reason,
         };
-        let number = application
+        let id = application
             .instance(schema)
             .ok_or_else(|| refused(String::from("the application has no such schema")))?;
-        let instance = &application.instances[number];
+        let instance = &application.instances[id];
         let tracks = self.tracks.into_iter().map(|track| track.resolve(instance));
         let tracks = tracks.collect::<Result<_, _>>().map_err(refused)?;
         let mut live = Vec::with_capacity(self.live.len());
@@ -200,7 +200,7 @@ impl Mock {
         self.readiness.sort_by_key(|(from, _)| *from);
         let readiness = self.readiness;
         Ok((
-            number,
+            id,
             ResolvedMock {
                 tracks,
                 live,

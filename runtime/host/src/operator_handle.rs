@@ -51,7 +51,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn play(&self, schema: usize) -> Result<(), String> {
+    pub fn play(&self, schema: SchemaId) -> Result<(), String> {
         self.operate(schema, Operator::Play).map(drop)
     }
 
@@ -59,7 +59,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn hold_asleep(&self, schema: usize) -> Result<(), String> {
+    pub fn hold_asleep(&self, schema: SchemaId) -> Result<(), String> {
         self.operate(schema, Operator::Stop).map(drop)
     }
 
@@ -68,7 +68,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn stop(&self, schema: usize, unload: bool) -> Result<String, String> {
+    pub fn stop(&self, schema: SchemaId, unload: bool) -> Result<String, String> {
         let operators = &self.engine.operators;
         let losses = if unload {
             operators.unload(&self.by, schema)?
@@ -84,7 +84,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn unload(&self, schema: usize) -> Result<(), String> {
+    pub fn unload(&self, schema: SchemaId) -> Result<(), String> {
         self.engine.operators.unload(&self.by, schema).map(drop)
     }
 
@@ -94,7 +94,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// It is neither unloaded nor faulted, or has not come to rest since.
-    pub fn load(&self, schema: usize) -> Result<(), String> {
+    pub fn load(&self, schema: SchemaId) -> Result<(), String> {
         self.engine.operators.load(&self.by, schema)
     }
 
@@ -106,7 +106,7 @@ impl OperatorHandle {
     /// Every reason why the build cannot take over; the schema is then unchanged.
     pub fn replace(
         &self,
-        schema: usize,
+        schema: SchemaId,
         build: &LoadedPlugin,
         options: ReloadOptions,
     ) -> Result<PendingReload, Vec<String>> {
@@ -118,17 +118,17 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Every reason why it cannot take over.
-    pub fn check_build(&self, schema: usize, build: &LoadedPlugin) -> Result<Vec<String>, Vec<String>> {
+    pub fn check_build(&self, schema: SchemaId, build: &LoadedPlugin) -> Result<Vec<String>, Vec<String>> {
         self.engine.check_build(schema, build).map(|(_, notes)| notes)
     }
 
     /// Whether a schema runs exactly this build.
-    pub(crate) fn is_running_build(&self, schema: usize, build: &LoadedPlugin) -> bool {
+    pub(crate) fn is_running_build(&self, schema: SchemaId, build: &LoadedPlugin) -> bool {
         self.engine.is_running_build(schema, build)
     }
 
     /// Whether a schema has faulted and has not been restarted since.
-    pub(crate) fn is_faulted(&self, schema: usize) -> bool {
+    pub(crate) fn is_faulted(&self, schema: SchemaId) -> bool {
         self.engine.rules.is_faulted(schema)
     }
 
@@ -136,7 +136,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn force(&self, schema: usize) -> Result<(), String> {
+    pub fn force(&self, schema: SchemaId) -> Result<(), String> {
         self.operate(schema, Operator::Force).map(drop)
     }
 
@@ -144,7 +144,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn release(&self, schema: usize) -> Result<(), String> {
+    pub fn release(&self, schema: SchemaId) -> Result<(), String> {
         self.operate(schema, Operator::Release).map(drop)
     }
 
@@ -173,7 +173,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// Why it was refused.
-    pub fn release_own(&self, schema: usize) -> Result<(), String> {
+    pub fn release_own(&self, schema: SchemaId) -> Result<(), String> {
         self.engine.operators.release_own(&self.by, schema)
     }
 
@@ -181,7 +181,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// The period is out of [range](jde_app::period::RANGE).
-    pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
+    pub fn set_period(&self, schema: SchemaId, period: Nanos) -> Result<(), String> {
         self.engine.operators.retime(&self.by, schema, period)
     }
 
@@ -189,7 +189,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// There is no modulation of that name, or the value does not fit.
-    pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
+    pub fn modulate(&self, schema: SchemaId, name: &str, value: &Value) -> Result<(), String> {
         self.engine.operators.modulate(&self.by, schema, name, value)
     }
 
@@ -198,7 +198,7 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// There is no export of that name, or it cannot fail so.
-    pub fn fail_export(&self, schema: usize, export: &str, fault: SensorFault) -> Result<(), String> {
+    pub fn fail_export(&self, schema: SchemaId, export: &str, fault: SensorFault) -> Result<(), String> {
         self.engine.operators.fail_export(&self.by, schema, export, fault)
     }
 
@@ -206,15 +206,13 @@ impl OperatorHandle {
     ///
     /// # Errors
     /// There is no export of that name, or it does not fail.
-    pub fn repair_export(&self, schema: usize, export: &str) -> Result<(), String> {
+    pub fn repair_export(&self, schema: SchemaId, export: &str) -> Result<(), String> {
         self.engine.operators.repair_export(&self.by, schema, export)
     }
 
-    fn operate(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<Vec<Loss>, String> {
+    fn operate(&self, schema: SchemaId, act: impl FnOnce(SchemaId) -> Operator) -> Result<Vec<Loss>, String> {
         self.engine.operators.check_schema(schema)?;
-        self.engine
-            .operators
-            .operate(&self.by, act(SchemaId(schema as u32)))
+        self.engine.operators.operate(&self.by, act(schema))
     }
 }
 

@@ -2,12 +2,13 @@
 //! delivery. It draws nothing and calls no schema: the runner does both, in the schema's own turn.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_panel::{Gesture, List, MAX_RATE, PanelFrame, Touch};
+use parking_lot::Mutex;
 
 /// The least number of drawings per second. A viewer that needs fewer registers for each drawing.
 const MIN_PANEL_RATE: f64 = 0.01;
@@ -22,8 +23,13 @@ const MAX_GESTURES: usize = 64;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PanelError {
     /// There is no such schema.
-    #[error("there is no schema number {0}; the application has {1}")]
-    NoSuchSchema(usize, usize),
+    #[error("there is no schema number {}; the application has {count}", schema.0)]
+    NoSuchSchema {
+        /// The number.
+        schema: SchemaId,
+        /// How many there are.
+        count: usize,
+    },
     /// The schema has no panel.
     #[error("`{0}` has no panel of its own")]
     NoPanel(String),
@@ -47,7 +53,7 @@ pub enum PanelError {
 /// A registered viewer of a panel. Dropping it ends the registration.
 pub struct PanelViewGuard {
     panels: Arc<Panels>,
-    schema: usize,
+    schema: SchemaId,
     id: u64,
 }
 
@@ -56,7 +62,7 @@ pub(crate) type DrawingCallback = Arc<dyn Fn() + Send + Sync>;
 
 /// All panels of an application.
 pub(crate) struct Panels {
-    panels: Vec<PanelState>,
+    panels: Table<SchemaId, PanelState>,
     /// Panels that have viewers.
     viewed_count: AtomicUsize,
     /// Gestures delivered so far.
@@ -107,17 +113,17 @@ struct DrawingState {
 }
 
 impl Panels {
-    /// Returns the state of the panels of `schemas` schemas, none of which has a panel yet.
-    pub(crate) fn new(schemas: usize) -> Self {
+    /// Returns the state of the panels of these schemas, none of which has a panel yet.
+    pub(crate) fn new(schemas: impl Iterator<Item = SchemaId>) -> Self {
         Self {
-            panels: (0..schemas).map(|_| PanelState::default()).collect(),
+            panels: schemas.map(|_| PanelState::default()).collect(),
             viewed_count: AtomicUsize::new(0),
             delivered_count: AtomicU64::new(0),
         }
     }
 
     /// Declares whether a schema has a panel, and if so, whether it takes gestures.
-    pub(crate) fn declare(&self, schema: usize, panel: Option<bool>) {
+    pub(crate) fn declare(&self, schema: SchemaId, panel: Option<bool>) {
         let panel_state = &self.panels[schema];
         panel_state.exists.store(panel.is_some(), Ordering::Release);
         panel_state
@@ -125,23 +131,23 @@ impl Panels {
             .store(panel == Some(true), Ordering::Release);
     }
 
-    pub(crate) fn has_panel(&self, schema: usize) -> bool {
+    pub(crate) fn has_panel(&self, schema: SchemaId) -> bool {
         self.panels[schema].exists.load(Ordering::Acquire)
     }
 
-    pub(crate) fn is_touchable(&self, schema: usize) -> bool {
+    pub(crate) fn is_touchable(&self, schema: SchemaId) -> bool {
         self.panels[schema].touchable.load(Ordering::Acquire)
     }
 
     /// Records that a schema has an instance.
-    pub(crate) fn add_instance(&self, schema: usize) {
-        lock(&self.panels[schema].gesture_queue).has_instance = true;
+    pub(crate) fn add_instance(&self, schema: SchemaId) {
+        self.panels[schema].gesture_queue.lock().has_instance = true;
     }
 
     /// Records that the instance of a schema has ended, and shows this to the viewers. Returns the number of
     /// waiting gestures, which are discarded.
-    pub(crate) fn remove_instance(&self, schema: usize, time: Nanos) -> usize {
-        let mut queue = lock(&self.panels[schema].gesture_queue);
+    pub(crate) fn remove_instance(&self, schema: SchemaId, time: Nanos) -> usize {
+        let mut queue = self.panels[schema].gesture_queue.lock();
         let had_instance = std::mem::replace(&mut queue.has_instance, false);
         let discarded = std::mem::take(&mut queue.gestures).len();
         drop(queue);
@@ -151,12 +157,12 @@ impl Panels {
         discarded
     }
 
-    pub(crate) fn has_instance(&self, schema: usize) -> bool {
-        lock(&self.panels[schema].gesture_queue).has_instance
+    pub(crate) fn has_instance(&self, schema: SchemaId) -> bool {
+        self.panels[schema].gesture_queue.lock().has_instance
     }
 
     /// Shows a message in place of the panel: there is no instance to draw it.
-    pub(crate) fn publish_absence(&self, schema: usize, time: Nanos) {
+    pub(crate) fn publish_absence(&self, schema: SchemaId, time: Nanos) {
         self.publish(schema, time, Duration::ZERO, Err(ABSENT_MESSAGE.to_owned()));
     }
 
@@ -168,14 +174,14 @@ impl Panels {
     /// Registers a viewer, with the drawings per second that it requests.
     pub(crate) fn add_viewer(
         self: &Arc<Self>,
-        schema: usize,
+        schema: SchemaId,
         rate: f64,
         callback: DrawingCallback,
     ) -> PanelViewGuard {
         let rate = if rate.is_nan() { MIN_PANEL_RATE } else { rate };
         let every = Duration::from_secs_f64(1.0 / rate.clamp(MIN_PANEL_RATE, MAX_RATE));
         let panel_state = &self.panels[schema];
-        let mut viewers = lock(&panel_state.viewers);
+        let mut viewers = panel_state.viewers.lock();
         let id = viewers.next;
         viewers.next += 1;
         viewers.all.push((id, every, callback));
@@ -192,19 +198,19 @@ impl Panels {
     }
 
     /// Returns the shortest time between drawings that a viewer requests; `None` without viewers.
-    pub(crate) fn requested_interval(&self, schema: usize) -> Option<Duration> {
+    pub(crate) fn requested_interval(&self, schema: SchemaId) -> Option<Duration> {
         let every = self.panels[schema].interval.load(Ordering::Acquire);
         (every > 0).then(|| Duration::from_nanos(every))
     }
 
     /// Publishes a drawing and notifies the viewers.
-    pub(crate) fn publish(&self, schema: usize, time: Nanos, took: Duration, list: Result<List, String>) {
+    pub(crate) fn publish(&self, schema: SchemaId, time: Nanos, took: Duration, list: Result<List, String>) {
         let panel_state = &self.panels[schema];
-        let viewers = lock(&panel_state.viewers);
+        let viewers = panel_state.viewers.lock();
         if viewers.all.is_empty() {
             return;
         }
-        let mut drawing = lock(&panel_state.drawing);
+        let mut drawing = panel_state.drawing.lock();
         drawing.sequence += 1;
         drawing.failed += u64::from(list.is_err());
         drawing.newest = Some(Arc::new(PanelFrame {
@@ -224,15 +230,15 @@ impl Panels {
         callbacks.iter().for_each(|callback| callback());
     }
 
-    pub(crate) fn newest(&self, schema: usize) -> Option<Arc<PanelFrame>> {
-        lock(&self.panels.get(schema)?.drawing).newest.clone()
+    pub(crate) fn newest(&self, schema: SchemaId) -> Option<Arc<PanelFrame>> {
+        self.panels.get(schema)?.drawing.lock().newest.clone()
     }
 
     /// Queues a gesture for the schema. A movement of a drag or slider replaces the queued movements of the
     /// same operator on the same widget, as far as no other gesture follows them: a press takes effect with
     /// the values set before it.
-    pub(crate) fn push_gesture(&self, schema: usize, by: &str, gesture: Gesture) -> GestureOutcome {
-        let mut queue = lock(&self.panels[schema].gesture_queue);
+    pub(crate) fn push_gesture(&self, schema: SchemaId, by: &str, gesture: Gesture) -> GestureOutcome {
+        let mut queue = self.panels[schema].gesture_queue.lock();
         if !queue.has_instance {
             return GestureOutcome::NoInstance;
         }
@@ -256,8 +262,8 @@ impl Panels {
     }
 
     /// Takes the oldest gesture of a schema's queue. Also returns whether more are queued.
-    pub(crate) fn pop_gesture(&self, schema: usize) -> Option<((String, Gesture), bool)> {
-        let gestures = &mut lock(&self.panels[schema].gesture_queue).gestures;
+    pub(crate) fn pop_gesture(&self, schema: SchemaId) -> Option<((String, Gesture), bool)> {
+        let gestures = &mut self.panels[schema].gesture_queue.lock().gestures;
         let first = gestures.pop_front()?;
         Some((first, !gestures.is_empty()))
     }
@@ -283,13 +289,13 @@ impl PanelState {
 impl Drop for PanelViewGuard {
     fn drop(&mut self) {
         let panel_state = &self.panels.panels[self.schema];
-        let mut viewers = lock(&panel_state.viewers);
+        let mut viewers = panel_state.viewers.lock();
         viewers.all.retain(|(id, ..)| *id != self.id);
         panel_state.update_interval(&viewers);
         if viewers.all.is_empty() {
             self.panels.viewed_count.fetch_sub(1, Ordering::AcqRel);
             // A later viewer must not see an old drawing as if it were live.
-            lock(&panel_state.drawing).newest = None;
+            panel_state.drawing.lock().newest = None;
         }
     }
 }
@@ -324,10 +330,6 @@ fn is_movement(gesture: &Gesture) -> bool {
 /// Whether the next gesture of this kind on the same widget supersedes it.
 fn is_supersedable(gesture: &Gesture) -> bool {
     gesture.goes_on() || matches!(gesture.touch, Touch::Moved(_))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

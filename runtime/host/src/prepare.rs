@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_app::{Application, InstanceConfig};
+use jde_core::{SchemaId, Table};
 use jde_loader::Plugins;
 use jde_loader::build::Build;
 
@@ -18,13 +19,13 @@ pub(crate) fn prepare(
     plugins: &Plugins,
     clock: Clock,
     options: &mut Options,
-) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
+) -> Result<(Arc<Engine>, Table<SchemaId, Runner>), StartError> {
     let mut mocks = BTreeMap::new();
     for (schema, mock) in std::mem::take(&mut options.mocks) {
-        let (number, mock) = mock.resolve(&application, &schema)?;
-        mocks.insert(number, Arc::new(mock));
+        let (id, mock) = mock.resolve(&application, &schema)?;
+        mocks.insert(id, Arc::new(mock));
         // A mock needs no process.
-        application.instances[number].isolate = None;
+        application.instances[id].isolate = None;
     }
     let isolation_program = options.isolation_program.take();
     let instances = application.instances.iter();
@@ -48,9 +49,10 @@ pub(crate) fn prepare(
         mocks,
     )
     .map_err(StartError::Wiring)?;
-    let mut runners = Vec::with_capacity(builds.len());
-    for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
-        let mut runner = Runner::new(&engine, number, build, ports);
+    let mut runners = Table::default();
+    let instances = engine.application.instances.ids();
+    for (id, (build, ports)) in instances.zip(builds.into_iter().zip(ports)) {
+        let mut runner = Runner::new(&engine, id, build, ports);
         if let Err(error) = runner.create_for_start() {
             runners.iter_mut().rev().for_each(Runner::destroy);
             return Err(error);

@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use jde_app::{Application, Executor};
 use jde_board::Board;
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_isolation::Program;
 use jde_loader::Plugins;
 use jde_panel::Gesture;
@@ -325,17 +325,17 @@ impl Handle {
         &self.engine.application
     }
 
-    /// Returns the indices of the schemas that a name denotes: the instance of that name, or else all
+    /// Returns the schemas that a name denotes: the instance of that name, or else all
     /// instances of the plugin of that name.
     #[must_use]
-    pub fn schema_indices(&self, name: &str) -> Vec<usize> {
+    pub fn schemas_named(&self, name: &str) -> Vec<SchemaId> {
         let application = &self.engine.application;
-        if let Some(index) = application.instance(name) {
-            return vec![index];
+        if let Some(id) = application.instance(name) {
+            return vec![id];
         }
-        let instances = application.instances.iter().enumerate();
+        let instances = application.instances.entries();
         let of_plugin = instances.filter(|(_, instance)| application.plugins[instance.plugin].name == name);
-        of_plugin.map(|(index, _)| index).collect()
+        of_plugin.map(|(id, _)| id).collect()
     }
 
     /// Returns the shared variables of the application.
@@ -398,10 +398,10 @@ impl Handle {
         self.engine.outcome.conclude(Outcome::Stopped);
     }
 
-    /// Returns the indices of the schemas that have a panel.
+    /// Returns the schemas that have a panel.
     #[must_use]
-    pub fn panels(&self) -> Vec<usize> {
-        let schemas = 0..self.engine.application.instances.len();
+    pub fn panels(&self) -> Vec<SchemaId> {
+        let schemas = self.engine.application.instances.ids();
         schemas
             .filter(|schema| self.engine.panels.has_panel(*schema))
             .collect()
@@ -421,7 +421,7 @@ impl Handle {
     /// [`PanelError`]: there is no such schema, it has no panel, or the run is a replay.
     pub fn view_panel(
         &self,
-        schema: usize,
+        schema: SchemaId,
         rate: f64,
         on_drawing: impl Fn() + Send + Sync + 'static,
     ) -> Result<PanelViewGuard, PanelError> {
@@ -431,7 +431,7 @@ impl Handle {
     /// Returns what the panel of a schema shows, or why it shows nothing; `None` before the first drawing for
     /// the current viewers.
     #[must_use]
-    pub fn panel(&self, schema: usize) -> Option<Arc<PanelFrame>> {
+    pub fn panel(&self, schema: SchemaId) -> Option<Arc<PanelFrame>> {
         self.engine.panels.newest(schema)
     }
 
@@ -443,7 +443,7 @@ impl Handle {
     /// # Errors
     /// [`PanelError`]: there is no instance to receive it, it does not fit what the panel shows, or too many
     /// gestures wait already.
-    pub fn touch(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), PanelError> {
+    pub fn touch(&self, by: &str, schema: SchemaId, gesture: Gesture) -> Result<(), PanelError> {
         self.engine.queue_gesture(&printable_name(by), schema, gesture)
     }
 

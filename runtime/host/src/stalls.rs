@@ -2,10 +2,10 @@
 //! of a schema is slow because of it. The supervisor notices it by its own lateness; nothing here waits or reads a clock.
 
 use std::collections::VecDeque;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
+use parking_lot::Mutex;
 
 /// A supervisor that is later than this did not run because the host did not: a loaded machine delays a thread by some
 /// tens of milliseconds.
@@ -27,7 +27,7 @@ struct State {
 impl Stalls {
     /// The supervisor runs at `now`.
     pub(crate) fn wake(&self, now: Nanos) {
-        let mut state = self.lock();
+        let mut state = self.0.lock();
         if let Some(stall) = state.present(now) {
             if state.stalls.len() == KEPT {
                 state.stalls.pop_front();
@@ -39,19 +39,15 @@ impl Stalls {
 
     /// The supervisor pauses at `now`, and runs again by `latest` unless the host does not run.
     pub(crate) fn pause(&self, now: Nanos, latest: Nanos) {
-        self.lock().pause = Some((now, latest));
+        self.0.lock().pause = Some((now, latest));
     }
 
     /// Returns the time since `since` in which the host did not run. A stall counts from when the supervisor ran last.
     pub(crate) fn within(&self, since: Nanos, now: Nanos) -> Nanos {
-        let state = self.lock();
+        let state = self.0.lock();
         let stalls = state.stalls.iter().copied().chain(state.present(now));
         let within = stalls.map(|(from, to)| to.min(now).saturating_sub(from.max(since)));
         within.fold(0, Nanos::saturating_add)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -79,7 +79,7 @@ impl OperatorHandle {
             ));
         }
         // Reports the standstill before its end.
-        self.engine.rules.transact(|_, _, _| ());
+        self.engine.rules.transact(|_| ());
         self.engine.rules.report_now(What::WentOn {
             by: self.by.name.clone(),
             one_step,

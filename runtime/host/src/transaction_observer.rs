@@ -7,12 +7,12 @@ use jde_core::{Effect, Hierarchy, Nanos, SchemaId};
 /// the application.
 pub trait TransactionObserver: Send {
     /// Receives a transaction whose effects have just been carried out.
-    fn on_transaction(&mut self, transaction: &Transaction<'_>);
+    fn on_transaction(&mut self, transaction: &ObservedTransaction<'_>);
 }
 
 /// A transaction of the rules.
 #[derive(Debug)]
-pub struct Transaction<'a> {
+pub struct ObservedTransaction<'a> {
     /// When it began.
     pub began: Nanos,
     /// When all its effects had been carried out; in lockstep the same time.

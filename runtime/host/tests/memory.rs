@@ -6,20 +6,21 @@
 mod common;
 
 use std::fs::File;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 
 use jde_core::Health;
 use jde_host::Options;
 use jde_host::reload::ReloadOptions;
 use jde_records::ResourceUsage;
 use jde_records::event::{Event, Occurrence, Outcome, What};
+use parking_lot::{Mutex, MutexGuard};
 
 use common::{Call, Executor, LIVE, MS, Scenario, TestApp, in_real_time};
 
 static SEQUENTIAL: Mutex<()> = Mutex::new(());
 
 fn run_alone() -> MutexGuard<'static, ()> {
-    SEQUENTIAL.lock().unwrap_or_else(PoisonError::into_inner)
+    SEQUENTIAL.lock()
 }
 
 /// Returns the resident memory of this process, bytes.
@@ -239,7 +240,7 @@ fn at_most_four_hung_instances_of_a_schema_are_abandoned(executor: Executor) {
                 io.then(move |_| {
                     let files: Vec<_> = (0..FILES).map(|_| File::open("/dev/null").unwrap()).collect();
                     // An error means that the sender was dropped.
-                    let _ = released.lock().unwrap().recv();
+                    let _ = released.lock().recv();
                     drop(files);
                 });
             }

@@ -5,7 +5,7 @@ mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use jde_app::parse;
 use jde_core::State;
@@ -16,6 +16,7 @@ use jde_records::event::Event;
 use jde_records::reload::ReloadOutcome;
 use jde_types::Twist;
 use jde_watchdog::Watchdog;
+use parking_lot::{Mutex, MutexGuard};
 use tempfile::TempDir;
 
 use common::{Executor, Scenario};
@@ -57,7 +58,7 @@ fn build(speed: f64) -> Vec<u8> {
 /// Serializes the tests, which measure the whole process.
 fn run_alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+    ALONE.lock()
 }
 
 /// A running application whose schema `counter` uses a library of this test.

@@ -9,6 +9,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use jde_board::{Mapping, Shared};
+use jde_core::{Id, SchemaId};
 
 /// The table of an application, as the host writes it.
 pub struct AuthorityTable {
@@ -20,7 +21,7 @@ pub struct AuthorityTable {
 /// The flag of one instance, as its child reads it.
 pub(crate) struct AuthorityFlag {
     flags: Mapping,
-    instance: usize,
+    instance: SchemaId,
 }
 
 impl AuthorityTable {
@@ -39,7 +40,7 @@ impl AuthorityTable {
     }
 
     /// Records whether an instance has authority.
-    pub fn set(&self, instance: usize, has_authority: bool) {
+    pub fn set(&self, instance: SchemaId, has_authority: bool) {
         if let Some(flag) = flag(&self.flags, instance) {
             flag.store(u32::from(has_authority), Ordering::Release);
         }
@@ -47,7 +48,7 @@ impl AuthorityTable {
 
     /// Withdraws the authority of all instances.
     pub fn clear(&self) {
-        (0..self.instances).for_each(|instance| self.set(instance, false));
+        (0..self.instances).for_each(|index| self.set(SchemaId::new(index), false));
     }
 
     /// Returns a file for a child, which can only read it.
@@ -61,8 +62,8 @@ impl AuthorityTable {
 
 impl AuthorityFlag {
     /// Maps the table from the host's file.
-    pub(crate) fn open(file: &OwnedFd, instance: usize) -> io::Result<Self> {
-        let bytes = (instance + 1) * size_of::<AtomicU32>();
+    pub(crate) fn open(file: &OwnedFd, instance: SchemaId) -> io::Result<Self> {
+        let bytes = (instance.index() + 1) * size_of::<AtomicU32>();
         let flags = Mapping::new(file.as_fd(), (0, bytes), false)?;
         Ok(Self { flags, instance })
     }
@@ -73,8 +74,8 @@ impl AuthorityFlag {
     }
 }
 
-fn flag(flags: &Mapping, instance: usize) -> Option<&AtomicU32> {
-    let address = flags.at(instance * size_of::<AtomicU32>(), size_of::<AtomicU32>())?;
+fn flag(flags: &Mapping, instance: SchemaId) -> Option<&AtomicU32> {
+    let address = flags.at(instance.index() * size_of::<AtomicU32>(), size_of::<AtomicU32>())?;
     // SAFETY: inside of the mapping, which lives as long as the result, and aligned. All its users are atomic.
     Some(unsafe { AtomicU32::from_ptr(address.cast()) })
 }
@@ -87,11 +88,11 @@ mod tests {
     fn a_child_reads_its_own_flag_and_cannot_write_it() {
         let table = AuthorityTable::new(3).expect("a table");
         let file = table.file().expect("a file");
-        let flags = [0, 1, 2].map(|instance| AuthorityFlag::open(&file, instance).expect("a flag"));
-        table.set(1, true);
+        let flags = [0, 1, 2].map(|instance| AuthorityFlag::open(&file, SchemaId(instance)).expect("a flag"));
+        table.set(SchemaId(1), true);
         assert_eq!(flags.each_ref().map(AuthorityFlag::is_set), [false, true, false]);
-        table.set(2, true);
-        table.set(1, false);
+        table.set(SchemaId(2), true);
+        table.set(SchemaId(1), false);
         assert_eq!(flags.each_ref().map(AuthorityFlag::is_set), [false, false, true]);
         table.clear();
         assert!(!flags[2].is_set());

@@ -31,7 +31,6 @@ pub struct Launch {
     /// Its ports, in order.
     pub ports: Vec<PortInfo>,
     /// The ports of its lists, which are the last of them.
-    #[serde(with = "crate::inspect::listed")]
     pub listed: Vec<ListedPort>,
     /// The limits on its resources.
     pub limits: Isolation,

@@ -110,8 +110,8 @@ pub enum Reply<'a> {
     Input(#[serde(borrow)] Result<Input<'a>, i32>),
     /// To [`FromChild::Loan`]: the offset in the port's mapped memory, bytes; `None` if the value is to be sent.
     Loan(Result<Option<usize>, i32>),
-    /// To [`FromChild::Child`].
-    Child(Result<ChildState, i32>),
+    /// To [`FromChild::Child`]: its state, as the ABI numbers it, and whether it is Faulted.
+    Child(Result<(u32, bool), i32>),
     /// To every other request.
     Status(i32),
 }
@@ -148,15 +148,6 @@ pub enum Value<'a> {
     InPlace(usize),
     /// It is the one that the child was sent last.
     Unchanged,
-}
-
-/// The state of a child of the schema, as the ABI numbers it.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct ChildState {
-    /// Its state.
-    pub state: u32,
-    /// Whether it is faulted.
-    pub faulted: u32,
 }
 
 /// A message of the child during a call. All but the last three are requests.

@@ -11,12 +11,14 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use jde_app::Isolation;
+use jde_core::{SchemaId, Table};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
 use super::descendants::Descendants;
@@ -29,7 +31,7 @@ const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
 pub struct ProcessTable {
     program: Option<Program>,
     /// By instance. Of several processes, the one called last is last.
-    by_instance: Vec<Mutex<Vec<Arc<Process>>>>,
+    by_instance: Table<SchemaId, Mutex<Vec<Arc<Process>>>>,
 }
 
 /// A child.
@@ -57,11 +59,11 @@ struct ProcessState {
 }
 
 impl ProcessTable {
-    /// Returns the table of an application with that many instances.
-    pub fn new(instances: usize, program: Option<Program>) -> Self {
+    /// Returns the table of an application with these instances.
+    pub fn new(instances: impl Iterator<Item = SchemaId>, program: Option<Program>) -> Self {
         Self {
             program,
-            by_instance: (0..instances).map(|_| Mutex::default()).collect(),
+            by_instance: instances.map(|_| Mutex::default()).collect(),
         }
     }
 
@@ -71,26 +73,28 @@ impl ProcessTable {
     }
 
     /// Records that this process of an instance is about to be called.
-    pub fn mark_called(&self, instance: usize, process: &Arc<Process>) {
-        let mut children = lock(&self.by_instance[instance]);
+    pub fn mark_called(&self, instance: SchemaId, process: &Arc<Process>) {
+        let mut children = self.by_instance[instance].lock();
         children.retain(|other| !Arc::ptr_eq(other, process));
         children.push(Arc::clone(process));
     }
 
     /// Removes a process that ended.
-    pub fn remove(&self, instance: usize, process: &Arc<Process>) {
-        lock(&self.by_instance[instance]).retain(|other| !Arc::ptr_eq(other, process));
+    pub fn remove(&self, instance: SchemaId, process: &Arc<Process>) {
+        self.by_instance[instance]
+            .lock()
+            .retain(|other| !Arc::ptr_eq(other, process));
     }
 
     /// Whether no other process of the instance was called after this one.
-    pub fn is_current(&self, instance: usize, process: &Arc<Process>) -> bool {
+    pub fn is_current(&self, instance: SchemaId, process: &Arc<Process>) -> bool {
         self.current(instance)
             .is_some_and(|current| Arc::ptr_eq(&current, process))
     }
 
     /// Kills the process of an instance, if it has one. With `is_reported`, the caller reports the death to
     /// the rules.
-    pub fn kill(&self, instance: usize, reason: &str, is_reported: bool) {
+    pub fn kill(&self, instance: SchemaId, reason: &str, is_reported: bool) {
         if let Some(process) = self.current(instance) {
             process.state().is_reported |= is_reported;
             process.kill(reason);
@@ -98,23 +102,23 @@ impl ProcessTable {
     }
 
     /// Whether the death of an instance's process must be reported to the rules. Returns true at most once.
-    pub fn claim_death_report(&self, instance: usize) -> bool {
+    pub fn claim_death_report(&self, instance: SchemaId) -> bool {
         self.current(instance)
             .is_some_and(|process| process.claim_death_report())
     }
 
     /// Whether an instance has a process. If so, no call of it blocks a thread forever.
-    pub fn has_process(&self, instance: usize) -> bool {
+    pub fn has_process(&self, instance: SchemaId) -> bool {
         self.current(instance).is_some()
     }
 
     /// Returns the process number of an instance, if it has a process.
-    pub fn pid(&self, instance: usize) -> Option<u32> {
+    pub fn pid(&self, instance: SchemaId) -> Option<u32> {
         self.current(instance).map(|process| process.pid)
     }
 
-    fn current(&self, instance: usize) -> Option<Arc<Process>> {
-        lock(&self.by_instance[instance]).last().cloned()
+    fn current(&self, instance: SchemaId) -> Option<Arc<Process>> {
+        self.by_instance[instance].lock().last().cloned()
     }
 }
 
@@ -124,7 +128,7 @@ impl Drop for ProcessTable {
         for process in self
             .by_instance
             .iter()
-            .flat_map(|children| lock(children).clone())
+            .flat_map(|children| children.lock().clone())
         {
             process.state().is_reported = true;
             process.kill("the application ended");
@@ -172,7 +176,7 @@ impl Process {
             }
         })?;
         let process: Arc<Self> = started.recv().map_err(|_| io::ErrorKind::Other)??;
-        *lock(&process.waiter) = Some(waiter);
+        *process.waiter.lock() = Some(waiter);
         Ok((process, host_end))
     }
 
@@ -238,11 +242,9 @@ impl Process {
         if !self.is_dead_within(EXIT_TIMEOUT / 10) {
             self.kill(reason);
         }
-        let state = self.state();
-        let mut state = self
-            .changed
-            .wait_while(state, |state| state.death_cause.is_none())
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state();
+        self.changed
+            .wait_while(&mut state, |state| state.death_cause.is_none());
         state.calling = false;
         state.death_cause.clone().unwrap_or_default()
     }
@@ -269,7 +271,7 @@ impl Process {
         if !self.is_dead_within(EXIT_TIMEOUT) {
             self.kill("it did not exit in time");
         }
-        let waiter = lock(&self.waiter).take();
+        let waiter = self.waiter.lock().take();
         if let Some(waiter) = waiter.filter(|waiter| waiter.thread().id() != std::thread::current().id()) {
             // The thread does not panic, and a panic would need no handling.
             drop(waiter.join());
@@ -278,11 +280,8 @@ impl Process {
 
     fn is_dead_within(&self, time: Duration) -> bool {
         let is_alive = |state: &mut ProcessState| state.death_cause.is_none();
-        let state = self.state();
-        let (state, _) = self
-            .changed
-            .wait_timeout_while(state, time, is_alive)
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state();
+        self.changed.wait_while_for(&mut state, is_alive, time);
         state.death_cause.is_some()
     }
 
@@ -296,7 +295,7 @@ impl Process {
     }
 
     fn state(&self) -> MutexGuard<'_, ProcessState> {
-        lock(&self.state)
+        self.state.lock()
     }
 }
 
@@ -339,10 +338,6 @@ fn describe_exit(end: ExitStatus, limits: Isolation) -> String {
         text += &format!("; it may use {:.1} MB of memory", limit as f64 / 1e6);
     }
     text
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

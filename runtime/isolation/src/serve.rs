@@ -9,6 +9,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 
 use jde_abi::raw;
+use jde_core::{Id, SchemaId};
 use jde_loader::instance::{InProcessInstance, SavedMemory};
 use jde_loader::{LoadedPlugin, PluginLocation, Plugins, SchemaFunctions};
 use rustix::fs::{Mode, OFlags};
@@ -19,7 +20,7 @@ use super::launch::{Launch, receive_files};
 use super::limits;
 use super::memory::IsolatedPort;
 use super::messages::{Bytes, Call, FromChild, Function, Outcome, ToChild};
-use super::table::{CallState, HOST, Session, store_early};
+use super::table::{CallState, ChildSession, HOST, store_early};
 use super::wire::Wire;
 
 /// Why a schema is not run.
@@ -54,7 +55,7 @@ pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>)
     // The name that `ps` and `top` show. Failing to set it is harmless.
     let _ = rustix::thread::set_name(&name);
     super::run_when_due();
-    let mut session = Session {
+    let mut session = ChildSession {
         wire,
         name,
         application: launch.application,
@@ -103,13 +104,13 @@ fn connect_to_host() -> io::Result<(UnixStream, Vec<OwnedFd>)> {
     Ok((stream, files))
 }
 
-impl Session {
+impl ChildSession {
     /// Maps the shared memory.
     fn map_memory(&mut self, launch: &Launch, files: &mut impl Iterator<Item = OwnedFd>) -> io::Result<()> {
         self.ports = IsolatedPort::open_all(&launch.ports, files)?;
         if let Some(instance) = launch.authority {
             let file = files.next().ok_or(io::ErrorKind::UnexpectedEof)?;
-            self.authority = Some(AuthorityFlag::open(&file, instance)?);
+            self.authority = Some(AuthorityFlag::open(&file, SchemaId::new(instance))?);
         }
         Ok(())
     }
@@ -146,7 +147,7 @@ fn find(
 }
 
 /// Runs the functions that the host calls, until it ends the instance or the stream ends.
-fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
+fn run(session: &mut ChildSession, table: SchemaFunctions, launch: &Launch) {
     let mut instance = None;
     while let Ok(message) = session.wire.receive() {
         match message {
@@ -178,7 +179,7 @@ fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
 }
 
 fn dispatch(
-    session: &mut Session,
+    session: &mut ChildSession,
     table: SchemaFunctions,
     launch: &Launch,
     instance: &mut Option<InProcessInstance>,

@@ -5,16 +5,16 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::{CStr, CString, c_void};
 use std::ptr::null;
 
-use jde_abi::raw::{self, Context, Host};
-use jde_abi::table::{self, text_of};
+use jde_abi::host::{self, Host};
+use jde_abi::raw::{self, Context};
 use jde_loader::instance::PluginContext;
 
 use super::authority::AuthorityFlag;
 use super::memory::IsolatedPort;
-use super::messages::{Call, Changes, ChildState, Done, FromChild, Outcome, Reply, ToChild};
+use super::messages::{Call, Changes, Done, FromChild, Outcome, Reply, ToChild};
 use super::timers::machine_time;
 use super::wire::Wire;
 
@@ -31,7 +31,7 @@ pub struct Hold {
 static HOLD_TABLE: Hold = Hold { hold };
 
 /// The state of a child, to which a [`Context`] points.
-pub(crate) struct Session {
+pub(crate) struct ChildSession {
     pub(crate) wire: Wire,
     pub(crate) name: CString,
     pub(crate) application: u64,
@@ -61,28 +61,7 @@ pub(crate) struct CallState {
 }
 
 /// The table given to the instance of a child.
-pub(crate) static HOST: Host = Host {
-    size: size_of::<Host>() as u32,
-    abi_major: raw::ABI_MAJOR,
-    abi_minor: raw::ABI_MINOR,
-    reserved: 0,
-    read,
-    loan,
-    publish,
-    wake,
-    sleep,
-    child,
-    set_policy,
-    now,
-    seed,
-    application,
-    name,
-    log,
-    fail,
-    extension,
-    retract: Some(retract),
-    real_time: Some(real_time),
-};
+pub(crate) static HOST: raw::Host = host::table::<ChildSession>();
 
 impl CallState {
     /// Returns the state at the start of a call.
@@ -113,7 +92,7 @@ impl CallState {
     }
 }
 
-impl Session {
+impl ChildSession {
     /// Ends the call.
     pub(crate) fn finish_call(&mut self, status: i32, outcome: Outcome) -> std::io::Result<()> {
         self.ports.iter_mut().for_each(IsolatedPort::end_call);
@@ -136,6 +115,60 @@ impl Session {
         if self.wire.send(message).is_err() {
             kill_self();
         }
+    }
+}
+
+/// Stores what comes with the next call for a port.
+pub(crate) fn store_early(
+    ports: &mut [IsolatedPort],
+    port: u32,
+    store: impl FnOnce(&mut IsolatedPort) -> Option<()>,
+) {
+    let port = ports.get_mut(port as usize);
+    port.and_then(store).unwrap_or_else(|| kill_self());
+}
+
+/// Sends a request, and returns the host's reply.
+fn request<'a>(wire: &'a mut Wire, message: &FromChild<'_>) -> Reply<'a> {
+    match wire.send(message).and_then(|()| wire.receive()) {
+        Ok(ToChild::Reply(reply)) => reply,
+        Ok(ToChild::Early { .. } | ToChild::EarlyLoan { .. } | ToChild::Call(_) | ToChild::Destroy)
+        | Err(_) => kill_self(),
+    }
+}
+
+/// Sends a request, and returns the status that the host replies.
+fn status(wire: &mut Wire, message: &FromChild<'_>) -> i32 {
+    match request(wire, message) {
+        Reply::Status(status) => status,
+        Reply::Input(_) | Reply::Loan(_) | Reply::Child(_) => kill_self(),
+    }
+}
+
+/// Sends a change to the host, and waits for its reply unless the host accepts the change for certain.
+fn change(wire: &mut Wire, message: &FromChild<'_>, unanswered: bool) -> i32 {
+    if !unanswered {
+        return status(wire, message);
+    }
+    if wire.send(message).is_err() {
+        kill_self();
+    }
+    raw::OK
+}
+
+/// Ends the process because the connection to the host broke during a call. It sends itself a signal, because
+/// exit handlers would run code of the plugin, which is inside a call.
+fn kill_self() -> ! {
+    use rustix::process::{Signal, getpid, kill_process};
+    let _ = kill_process(getpid(), Signal::KILL);
+    std::process::abort()
+}
+
+impl Host for ChildSession {
+    unsafe fn request<R>(context: *mut Context, _: R, run: impl FnOnce(&mut Self) -> R) -> R {
+        // SAFETY: by the contract of `Host` the context is that of `ChildSession::context`, and nothing else uses it
+        // meanwhile.
+        run(unsafe { &mut *context.cast::<Self>() })
     }
 
     fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
@@ -191,200 +224,75 @@ impl Session {
         };
         change(&mut self.wire, &retract, unanswered)
     }
-}
 
-/// Stores what comes with the next call for a port.
-pub(crate) fn store_early(
-    ports: &mut [IsolatedPort],
-    port: u32,
-    store: impl FnOnce(&mut IsolatedPort) -> Option<()>,
-) {
-    let port = ports.get_mut(port as usize);
-    port.and_then(store).unwrap_or_else(|| kill_self());
-}
-
-/// Sends a request, and returns the host's reply.
-fn request<'a>(wire: &'a mut Wire, message: &FromChild<'_>) -> Reply<'a> {
-    match wire.send(message).and_then(|()| wire.receive()) {
-        Ok(ToChild::Reply(reply)) => reply,
-        Ok(ToChild::Early { .. } | ToChild::EarlyLoan { .. } | ToChild::Call(_) | ToChild::Destroy)
-        | Err(_) => kill_self(),
+    fn wake(&mut self, child: u32) -> i32 {
+        status(&mut self.wire, &FromChild::Wake { child })
     }
-}
 
-/// Sends a request, and returns the status that the host replies.
-fn status(wire: &mut Wire, message: &FromChild<'_>) -> i32 {
-    match request(wire, message) {
-        Reply::Status(status) => status,
-        Reply::Input(_) | Reply::Loan(_) | Reply::Child(_) => kill_self(),
+    fn sleep(&mut self, child: u32) -> i32 {
+        status(&mut self.wire, &FromChild::PutToSleep { child })
     }
-}
 
-/// Sends a change to the host, and waits for its reply unless the host accepts the change for certain.
-fn change(wire: &mut Wire, message: &FromChild<'_>, unanswered: bool) -> i32 {
-    if !unanswered {
-        return status(wire, message);
+    fn child(&mut self, child: u32) -> Result<(u32, bool), i32> {
+        let Reply::Child(child) = request(&mut self.wire, &FromChild::Child { child }) else {
+            kill_self();
+        };
+        child
     }
-    if wire.send(message).is_err() {
-        kill_self();
+
+    fn set_policy(&mut self, child: u32, policy: u32, dwell_ns: u64, hysteresis: f64) -> i32 {
+        let message = FromChild::SetPolicy {
+            child,
+            policy,
+            dwell_ns,
+            hysteresis,
+        };
+        status(&mut self.wire, &message)
     }
-    raw::OK
-}
 
-/// Ends the process because the connection to the host broke during a call. It sends itself a signal, because
-/// exit handlers would run code of the plugin, which is inside a call.
-fn kill_self() -> ! {
-    use rustix::process::{Signal, getpid, kill_process};
-    let _ = kill_process(getpid(), Signal::KILL);
-    std::process::abort()
-}
+    fn now(&mut self) -> u64 {
+        let now = self.call.now();
+        self.call.reported_time.get_or_insert(now);
+        now
+    }
 
-/// Returns the session behind a context.
-///
-/// # Safety
-/// `context` is the one given to the current call of the instance, on this thread.
-unsafe fn session<'a>(context: *mut Context) -> &'a mut Session {
-    // SAFETY: by the contract of `Host` the context is that of `Session::context`, and nothing else uses it
-    // meanwhile.
-    unsafe { &mut *context.cast::<Session>() }
-}
+    fn real_time(&mut self) -> bool {
+        self.real_time
+    }
 
-unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sample) -> i32 {
-    // SAFETY: the plugin gives the context of this call and room for a sample.
-    unsafe {
-        match session(context).read(port) {
-            Err(status) => status,
-            Ok(sample) => {
-                out.write(sample);
-                raw::OK
-            }
+    fn seed(&mut self) -> u64 {
+        self.seed
+    }
+
+    fn application(&mut self) -> u64 {
+        self.application
+    }
+
+    fn name(&mut self) -> &CStr {
+        &self.name
+    }
+
+    fn log(&mut self, level: u32, text: &str) {
+        self.notify(&FromChild::Log { level, text });
+    }
+
+    fn fail(&mut self, reason: String) {
+        self.notify(&FromChild::Fail(&reason));
+    }
+
+    fn extension(&mut self, id: &CStr) -> *const c_void {
+        match id == HOLD {
+            true => (&raw const HOLD_TABLE).cast(),
+            false => null(),
         }
-    }
-}
-
-unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_void) -> i32 {
-    // SAFETY: the plugin gives the context of this call and room for a pointer.
-    unsafe {
-        match session(context).loan(port) {
-            Err(status) => status,
-            Ok(buffer) => {
-                out.write(buffer.cast());
-                raw::OK
-            }
-        }
-    }
-}
-
-unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> i32 {
-    // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }.publish(port, time_ns)
-}
-
-unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
-    // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }.retract(port)
-}
-
-unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
-    // SAFETY: the plugin gives the context of this call.
-    let wire = unsafe { &mut session(context).wire };
-    status(wire, &FromChild::Wake { child })
-}
-
-unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
-    // SAFETY: the plugin gives the context of this call.
-    let wire = unsafe { &mut session(context).wire };
-    status(wire, &FromChild::PutToSleep { child })
-}
-
-unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
-    // SAFETY: the plugin gives the context of this call.
-    let wire = unsafe { &mut session(context).wire };
-    let Reply::Child(child) = request(wire, &FromChild::Child { child }) else {
-        kill_self();
-    };
-    match child {
-        Err(status) => status,
-        Ok(ChildState { state, faulted }) => {
-            let status = raw::ChildStatus {
-                size: size_of::<raw::ChildStatus>() as u32,
-                state,
-                faulted,
-                reserved: 0,
-            };
-            // SAFETY: the plugin gives room for a status.
-            unsafe { table::write(out, &status) };
-            raw::OK
-        }
-    }
-}
-
-unsafe extern "C" fn set_policy(
-    context: *mut Context,
-    child: u32,
-    policy: u32,
-    dwell_ns: u64,
-    hysteresis: f64,
-) -> i32 {
-    let message = FromChild::SetPolicy {
-        child,
-        policy,
-        dwell_ns,
-        hysteresis,
-    };
-    // SAFETY: the plugin gives the context of this call.
-    status(unsafe { &mut session(context).wire }, &message)
-}
-
-unsafe extern "C" fn now(context: *mut Context) -> u64 {
-    // SAFETY: the plugin gives the context of this call.
-    let call = unsafe { &mut session(context).call };
-    let now = call.now();
-    call.reported_time.get_or_insert(now);
-    now
-}
-
-unsafe extern "C" fn seed(context: *mut Context) -> u64 {
-    // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }.seed
-}
-
-unsafe extern "C" fn application(context: *mut Context) -> u64 {
-    // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }.application
-}
-
-unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
-    // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }.name.as_ptr()
-}
-
-unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char, length: u64) {
-    // SAFETY: the plugin gives the context of this call and a text of that length.
-    let (session, text) = unsafe { (session(context), text_of(text, length)) };
-    session.notify(&FromChild::Log { level, text: &text });
-}
-
-unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
-    // SAFETY: the plugin gives the context of this call and a text of that length.
-    let (session, text) = unsafe { (session(context), text_of(text, length)) };
-    session.notify(&FromChild::Fail(&text));
-}
-
-unsafe extern "C" fn extension(_: *mut Context, name: *const c_char) -> *const c_void {
-    // SAFETY: the plugin gives a text with a null at its end.
-    match unsafe { CStr::from_ptr(name) } == HOLD {
-        true => (&raw const HOLD_TABLE).cast(),
-        false => null(),
     }
 }
 
 unsafe extern "C" fn hold(context: *mut Context, held: bool) {
     // SAFETY: the plugin gives the context of this call.
-    status(unsafe { &mut session(context).wire }, &FromChild::Hold(held));
-}
-
-unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
-    // SAFETY: the plugin gives the context of this call.
-    u32::from(unsafe { session(context) }.real_time)
+    unsafe {
+        ChildSession::request(context, (), |session| {
+            let _ = status(&mut session.wire, &FromChild::Hold(held));
+        })
+    };
 }

@@ -1,7 +1,6 @@
 //! The terminal, while a debugger holds a call: one process at a time has it.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
+use parking_lot::{Mutex, MutexGuard};
 use rustix::stdio::stdin;
 use rustix::termios::{OptionalActions, Termios, tcgetattr, tcsetattr};
 
@@ -18,7 +17,7 @@ impl HeldTerminal {
     /// Waits until no other process has the terminal.
     #[must_use]
     pub fn wait() -> Self {
-        let alone = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
+        let alone = TERMINAL.lock();
         Self {
             modes: tcgetattr(stdin()).ok(),
             _alone: alone,

@@ -5,19 +5,9 @@ use std::path::{Path, PathBuf};
 
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
-use jde_abi::write::Optional;
 use jde_app::Inspection;
 
 use super::LoadError;
-
-/// What an inspector finds in a plugin's file.
-#[derive(Debug)]
-pub struct Inspected {
-    /// The plugin's description of itself.
-    pub description: describe::Plugin,
-    /// The optional functions of each of its types.
-    pub optional: Vec<Optional>,
-}
 
 /// Inspects plugin files in another process: a damaged library may end the process that maps it. Usable from
 /// any thread.
@@ -26,7 +16,7 @@ pub trait Inspect: fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// Why it cannot be loaded, for example [`LoadError::InspectionFailed`].
-    fn describe(&self, copy: &Path, path: &Path) -> Result<Inspected, LoadError>;
+    fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError>;
 
     /// Returns the problems that a type of the plugin in the file `path` finds in the resources that its
     /// modulations name.

@@ -19,7 +19,7 @@ mod search;
 mod store;
 
 pub use aligned::AlignedBytes;
-pub use inspector::{Inspect, Inspected};
+pub use inspector::Inspect;
 pub use judge::{Judge, Judgement};
 pub use load::{LoadError, LoadedPlugin, SchemaFunctions};
 pub use location::PluginLocation;

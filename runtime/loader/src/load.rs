@@ -18,7 +18,6 @@ use jde_abi::{describe, raw, read, write};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 use super::copy::PrivateCopy;
-use super::inspector::Inspected;
 use super::{PluginLocation, copy, elf, python};
 
 /// A plugin whose tables have been read and are valid.
@@ -130,13 +129,9 @@ impl LoadedPlugin {
     pub(super) fn from_python(
         path: &Path,
         copy: PrivateCopy,
-        inspected: &Inspected,
+        description: &describe::Plugin,
     ) -> Result<Self, LoadError> {
-        let Inspected {
-            description,
-            optional,
-        } = inspected;
-        let table = write::plugin::<python::Elsewhere>(description, &python::FUNCTIONS, optional);
+        let table = write::plugin::<python::Elsewhere>(description);
         // SAFETY: a table that was just written, which is never freed.
         let mut loaded = unsafe { Self::read(table, Some(path.to_owned())) }?;
         if let Some(description) = Arc::get_mut(&mut loaded.description) {
@@ -261,17 +256,6 @@ impl LoadedPlugin {
     /// Whether both are the same library in memory.
     pub fn is_same_library(&self, other: &Self) -> bool {
         self.table == other.table
-    }
-
-    /// Returns its description and the optional functions of its types.
-    #[must_use]
-    pub fn inspected(&self) -> Inspected {
-        // SAFETY: the tables were validated when they were read.
-        let optional = |functions: &SchemaFunctions| unsafe { write::Optional::of(functions) };
-        Inspected {
-            description: (*self.description).clone(),
-            optional: self.schemas.iter().map(optional).collect(),
-        }
     }
 
     /// Returns the functions of a type, by its index in the description.

@@ -3,16 +3,17 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use jde_abi::inspect::Problem;
 use jde_abi::{describe, raw};
 use jde_records::reload::ExtraBuilds;
+use parking_lot::Mutex;
 
 use jde_app::{Catalogue, Inspection, Unusable};
 
 use super::copy::PrivateCopy;
-use super::inspector::{Inspect, Inspected};
+use super::inspector::Inspect;
 use super::load::table_symbol_size;
 use super::python::is_python;
 use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
@@ -178,7 +179,7 @@ impl Plugins {
             return self.open(file).map(DescribedPlugin::from);
         };
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let mut described = self.described.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut described = self.described.lock();
         if let Some(plugin) = described.get(&key) {
             return Ok(plugin.clone());
         }
@@ -187,7 +188,7 @@ impl Plugins {
         let plugin = DescribedPlugin {
             description: Arc::new(describe::Plugin {
                 isolated: is_python(&key),
-                ..inspected.description
+                ..inspected
             }),
             path: Some(key.clone()),
         };
@@ -232,7 +233,7 @@ impl Plugins {
     /// [`PluginError::Unusable`].
     pub fn open(&self, file: &Path) -> Result<LoadedPlugin, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut loaded = self.loaded.lock();
         if let Some(plugin) = loaded.get(&key).and_then(|builds| builds.last()) {
             return Ok(plugin.clone());
         }
@@ -247,7 +248,7 @@ impl Plugins {
     }
 
     /// Inspects a copy before this process maps it, if there is an inspector.
-    fn inspect_copy(&self, file: &Path, copy: &PrivateCopy) -> Result<Option<Inspected>, LoadError> {
+    fn inspect_copy(&self, file: &Path, copy: &PrivateCopy) -> Result<Option<describe::Plugin>, LoadError> {
         let inspector = self.inspector.as_deref();
         inspector
             .map(|inspector| inspect_copy(inspector, copy.path(), file))
@@ -271,14 +272,14 @@ impl Plugins {
             })
         };
         // The lock is not held during the inspection, so that other callers need not wait.
-        if let Some(known) = find_known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
+        if let Some(known) = find_known(&self.loaded.lock()) {
             return Ok(known);
         }
         let inspected = self.inspect_copy(&key, &copy);
         // The inspector would be idle until the next build.
         self.stop_inspector();
         let inspected = inspected.map_err(unusable(file))?;
-        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut loaded = self.loaded.lock();
         let ExtraBuilds { builds, bytes } = count_replacements(&loaded);
         if builds >= MAX_BUILDS {
             return Err(PluginError::TooMany { bytes });
@@ -291,13 +292,13 @@ impl Plugins {
     /// Returns the number and size of the builds that were loaded in place of others.
     #[must_use]
     pub fn builds(&self) -> ExtraBuilds {
-        count_replacements(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner))
+        count_replacements(&self.loaded.lock())
     }
 
     /// Returns the loaded plugin that has this description.
     #[must_use]
     pub fn loaded(&self, description: &Arc<describe::Plugin>) -> Option<LoadedPlugin> {
-        let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let loaded = self.loaded.lock();
         let found = loaded
             .values()
             .flatten()
@@ -348,7 +349,7 @@ impl Catalogue for Plugins {
         let Some(inspector) = &self.inspector else {
             return Ok(Vec::new());
         };
-        let described = self.described.lock().unwrap_or_else(PoisonError::into_inner);
+        let described = self.described.lock();
         let found = described
             .values()
             .find(|found| Arc::ptr_eq(&found.description, plugin));
@@ -364,7 +365,7 @@ impl Catalogue for Plugins {
     /// loaded for a suggestion.
     fn type_names(&self) -> Vec<String> {
         let (found, linked_in) = self.list(&[]);
-        let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let loaded = self.loaded.lock();
         let newest = loaded.values().filter_map(|builds| builds.last());
         let types = newest.chain(self.linked_in.values()).flat_map(|plugin| {
             let plugin = &plugin.description;
@@ -410,7 +411,7 @@ fn check_name(name: &str, description: &describe::Plugin, file: &Path) -> Result
 }
 
 /// Inspects the plugin in `copy`. This process has found the tables of a library in the file before.
-fn inspect_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<Inspected, LoadError> {
+fn inspect_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
     if !is_python(path) {
         table_symbol_size(copy)?;
     }
@@ -421,7 +422,7 @@ fn inspect_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<Ins
 fn load_copy(
     file: &Path,
     copy: PrivateCopy,
-    inspected: Option<Inspected>,
+    inspected: Option<describe::Plugin>,
 ) -> Result<LoadedPlugin, LoadError> {
     match inspected {
         Some(inspected) if is_python(file) => LoadedPlugin::from_python(file, copy, &inspected),

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use jde_core::{Decider, Nanos, Record};
+use jde_core::{Decider, Nanos, Record, SchemaId};
 
 /// The time over which switches are counted, ns.
 pub const WINDOW: Nanos = 1_000_000_000;
@@ -86,7 +86,7 @@ impl<P: Clone + PartialEq> ChatterDetector<P> {
 /// The pair of schemas between which a selection switched, the same for either direction. `None` if the
 /// winner did not change, or changed by intention: by round-robin or by an operator.
 #[must_use]
-pub fn switched_pair(record: &Record) -> Option<[Option<usize>; 2]> {
+pub fn switched_pair(record: &Record) -> Option<[Option<SchemaId>; 2]> {
     let intended = match record.decider {
         Decider::Policy(policy) => policy.kind().rotates,
         Decider::Operator => true,
@@ -95,7 +95,7 @@ pub fn switched_pair(record: &Record) -> Option<[Option<usize>; 2]> {
     if intended || !record.changed {
         return None;
     }
-    let mut pair = [record.before, record.choice].map(|id| id.map(jde_core::SchemaId::index));
+    let mut pair = [record.before, record.choice];
     pair.sort_unstable();
     Some(pair)
 }

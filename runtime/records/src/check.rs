@@ -248,7 +248,7 @@ mod tests {
             time: 1,
             from: None,
             to: Some(7),
-            decider: String::new(),
+            decider: crate::DecidedBy::Nobody,
             reason: String::new(),
             latency: None,
         });

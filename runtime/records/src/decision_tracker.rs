@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use jde_app::Application;
-use jde_core::{Cause, Nanos, Record, SchemaId, State, Timer};
+use jde_core::{Cause, GroupId, Nanos, Record, SchemaId, State, Table, Timer};
 
 use super::{CandidateRecord, Decision, seconds};
 use crate::event::{Event, Occurrence, What};
@@ -23,15 +23,15 @@ pub const MAX_QUEUED: usize = 256;
 /// Turns records into [`Decision`]s, in the order of each group. Each is complete once its takeover time is
 /// known or can no longer arrive.
 pub struct DecisionTracker {
-    names: Vec<String>,
+    names: Table<SchemaId, String>,
     /// The group in which each schema competes.
-    group_of: Vec<Option<usize>>,
+    group_of: Table<SchemaId, Option<GroupId>>,
     /// The last refusal of each schema, in words.
-    refusals: Vec<Option<String>>,
-    groups: Vec<PendingGroup>,
+    refusals: Table<SchemaId, Option<String>>,
+    groups: Table<GroupId, PendingGroup>,
     /// Selections that began to wait, in the order of their times: the group, the record's number, and until
     /// when. Those that wait no longer are skipped.
-    waiting: VecDeque<(usize, u64, Nanos)>,
+    waiting: VecDeque<(GroupId, u64, Nanos)>,
 }
 
 struct PendingGroup {
@@ -60,7 +60,7 @@ impl DecisionTracker {
         let instances = application.instances.iter();
         Self {
             names: instances.clone().map(|instance| instance.name.clone()).collect(),
-            refusals: vec![None; application.instances.len()],
+            refusals: application.instances.map_ids(|_| None),
             group_of: instances.map(|instance| instance.group).collect(),
             groups: application.groups.iter().map(|of| group(&of.name)).collect(),
             waiting: VecDeque::new(),
@@ -80,7 +80,7 @@ impl DecisionTracker {
                 // It lost before it began, or fell asleep before it was promoted.
                 let is_lost = change.from == State::Winner || change.to == State::Slept;
                 if let Some(group) = self.group_of[change.schema].filter(|_| is_lost)
-                    && self.has_open(group, |open| open.choice == Some(SchemaId(change.schema as u32)))
+                    && self.has_open(group, |open| open.choice == Some(change.schema))
                 {
                     self.close(group, None, &mut completed);
                 }
@@ -111,7 +111,7 @@ impl DecisionTracker {
     /// Returns the selections whose takeover did not occur, in their order.
     pub fn drain(&mut self) -> Vec<Decision> {
         let mut completed = Vec::new();
-        for group in 0..self.groups.len() {
+        for group in self.groups.ids() {
             self.close(group, None, &mut completed);
         }
         self.waiting.clear();
@@ -120,10 +120,10 @@ impl DecisionTracker {
     }
 
     fn push_record(&mut self, record: &Record, completed: &mut Vec<Decision>) {
-        let number = record.group.index();
-        if record.changed || self.groups[number].queued.len() >= MAX_QUEUED {
+        let id = record.group;
+        if record.changed || self.groups[id].queued.len() >= MAX_QUEUED {
             // A choice that was not carried out gets no takeover time.
-            self.close(number, None, completed);
+            self.close(id, None, completed);
         }
         // A present winner that is chosen again was about to hand over, and now does not; there is no
         // takeover to wait for.
@@ -135,11 +135,11 @@ impl DecisionTracker {
             record: record.clone(),
             cause: self.cause_text(record.cause),
         };
-        let group = &mut self.groups[number];
+        let group = &mut self.groups[id];
         if record.changed && record.choice.is_some_and(|choice| !is_winner(choice)) {
             group.open = Some(selection);
             let until = record.time.saturating_add(MAX_WAIT);
-            self.waiting.push_back((number, record.number, until));
+            self.waiting.push_back((id, record.number, until));
         } else if group.open.is_some() {
             group.queued.push(selection);
         } else {
@@ -147,7 +147,7 @@ impl DecisionTracker {
         }
     }
 
-    fn has_open(&self, group: usize, which: impl Fn(&Record) -> bool) -> bool {
+    fn has_open(&self, group: GroupId, which: impl Fn(&Record) -> bool) -> bool {
         self.groups[group]
             .open
             .as_ref()
@@ -155,8 +155,8 @@ impl DecisionTracker {
     }
 
     /// Completes the open selection of a group and those behind it.
-    fn close(&mut self, number: usize, takeover: Option<Nanos>, completed: &mut Vec<Decision>) {
-        let group = &mut self.groups[number];
+    fn close(&mut self, id: GroupId, takeover: Option<Nanos>, completed: &mut Vec<Decision>) {
+        let group = &mut self.groups[id];
         let Some(open) = group.open.take() else {
             return;
         };
@@ -173,10 +173,10 @@ impl DecisionTracker {
 
     fn cause_text(&self, cause: Cause) -> String {
         let refusal = match cause {
-            Cause::Refused(id) => self.refusals[id.index()].as_deref(),
+            Cause::Refused(id) => self.refusals[id].as_deref(),
             _ => None,
         };
-        cause_text(cause, |id| self.names[id.index()].clone(), refusal)
+        cause_text(cause, |id| self.names[id].clone(), refusal)
     }
 
     /// Completes the selections that have waited too long.
@@ -189,11 +189,11 @@ impl DecisionTracker {
     }
 
     fn decision(&self, Selection { record, cause }: Selection, takeover: Option<Nanos>) -> Decision {
-        let name = |id: SchemaId| self.names[id.index()].clone();
+        let name = |id: SchemaId| self.names[id].clone();
         Decision {
             number: record.number,
             time_s: seconds(record.time),
-            group: self.groups[record.group.index()].name.clone(),
+            group: self.groups[record.group].name.clone(),
             case: record.case,
             candidates: record
                 .candidates

@@ -6,7 +6,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_types::{Padding, Seq, Value};
 
 pub use crate::turn_kind::{Exchange, FatherOperation, Operation, Permission, TurnKind, WrittenPort};
@@ -126,9 +126,9 @@ impl Turn {
 
     /// Returns a turn that has not begun.
     #[must_use]
-    pub fn new(kind: TurnKind, schema: usize) -> Self {
+    pub fn new(kind: TurnKind, schema: SchemaId) -> Self {
         let mut turn = Self {
-            schema: schema as u32,
+            schema: schema.0,
             ..Self::default()
         };
         turn.set_kind(kind);

@@ -5,10 +5,10 @@ pub use jde_ball::Ball;
 use jde_schema::prelude::*;
 
 /// Oldest picture that a schema may steer by.
-const STALE: Duration = Duration::from_secs(1);
+const MAX_AGE: Duration = Duration::from_secs(1);
 
 /// Returns the finder's ball; `None` if there is none, or if its picture is too old to steer by.
 pub(crate) fn read(port: &Import<Ball>, cx: &Context) -> Option<Ball> {
     let ball = port.get(cx)?;
-    (ball.age(cx) <= STALE).then_some(*ball)
+    (ball.age(cx) <= MAX_AGE).then_some(*ball)
 }

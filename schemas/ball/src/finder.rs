@@ -2,8 +2,7 @@
 //! ball.
 
 use jde_schema::prelude::*;
-use jde_schema::types::CameraInfo;
-use jde_vision::{Blobs, CameraGeometry, ColorRange, Pixels};
+use jde_vision::{Blobs, CameraGeometry, CameraPorts, ColorRange, Pixels};
 
 use crate::ball::Ball;
 
@@ -19,9 +18,8 @@ pub struct Finder {
     /// The pictures, encoded as "rgb8" or "bgr8".
     #[import]
     image: Import<Image>,
-    /// The calibration of the camera, as the camera states it beside its pictures. It counts before `calibration`.
-    #[import(optional)]
-    camera_info: Import<CameraInfo>,
+    #[ports]
+    camera: CameraPorts,
     /// The measured position of the head that carries the camera. If it is not bound, the camera looks
     /// straight ahead and angles are in the camera's frame.
     #[import(optional)]
@@ -50,15 +48,6 @@ pub struct Finder {
     /// Least share that a ball fills of the disc around it: 1 is a whole ball, 0.5 is half of one.
     #[modulation(default = 0.45, min = 0.0, max = 1.0)]
     roundness: Modulation<f64>,
-    /// The calibration file of the camera, as ROS's `camera_calibration` writes it. It counts before `field_of_view`.
-    #[modulation(default = "", unit = "file", fixed)]
-    calibration: Modulation<Text<1024>>,
-    /// Whether the pictures are rectified, without distortion; otherwise they are as the camera takes them.
-    #[modulation(default = Flag::FALSE, fixed)]
-    rectified: Modulation<Flag>,
-    /// Horizontal field of view of a camera without calibration.
-    #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
-    field_of_view: Modulation<f64>,
     /// Radius of the ball.
     #[modulation(default = 0.11, unit = "m", min = 0.001)]
     radius: Modulation<f64>,
@@ -76,16 +65,14 @@ pub struct Finder {
 
 impl Schema for Finder {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.geometry = self.read_geometry(cx)?;
+        self.geometry = self.camera.geometry(cx)?;
         // The last position is out of date after a sleep.
         self.last = None;
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let stated = self.camera_info.get(cx);
-        let is_unknown = self.camera_info.is_bound(cx) && stated.is_none();
-        let image = self.image.get(cx).filter(|_| !is_unknown);
+        let image = self.image.get(cx).filter(|_| !self.camera.is_unknown(cx));
         let (Some(image), Some([pan, tilt])) = (image, self.camera_direction(cx)) else {
             if self.last.take().is_some() {
                 self.ball.retract(cx);
@@ -109,9 +96,7 @@ impl Schema for Finder {
             |row, column| limits.contains(pixels.at(row, column)),
             |component| component.count >= min_pixels && component.roundness() >= roundness,
         );
-        let camera = self
-            .geometry
-            .camera(size, stated.as_deref(), self.field_of_view.get(cx))?;
+        let camera = self.camera.model(cx, &self.geometry, size)?;
         let found = found.map(|(component, runs)| (component.count as u32, camera.observe(runs)));
         if found.is_some() {
             self.since = image.time();
@@ -148,16 +133,11 @@ impl Schema for Finder {
 
 impl Inspect for Finder {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.calibration, self.read_geometry(cx));
+        self.camera.inspect(cx, problems);
     }
 }
 
 impl Finder {
-    fn read_geometry(&self, cx: &Context) -> Result<CameraGeometry> {
-        let file = self.calibration.get(cx);
-        Ok(CameraGeometry::new(file.as_str(), self.rectified.get(cx).get())?)
-    }
-
     /// Returns pan and tilt of the camera, rad; `None` while a bound head has no value.
     fn camera_direction(&self, cx: &Context) -> Option<[f64; 2]> {
         if !self.pan_tilt.is_bound(cx) {

@@ -17,7 +17,7 @@ pub struct Roam {
     /// The scan of the laser.
     #[import]
     laser: Import<LaserScan>,
-    /// How long the head alone searches for a lost ball.
+    /// Time for which only the head searches for a lost ball.
     #[modulation(default = 5.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
     /// Half the width of the path that must be free.

@@ -21,7 +21,7 @@ pub struct Turn {
     /// Bearing of the ball, to either side, at which it ends.
     #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
     leave: Modulation<f64>,
-    /// How long the head alone searches for a lost ball.
+    /// Time for which only the head searches for a lost ball.
     #[modulation(default = 5.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
     /// Turn rate toward the ball.

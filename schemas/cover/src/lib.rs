@@ -17,7 +17,7 @@ use stroke::Driven;
 /// A step of the pose that is no motion, m: nothing is covered between both places.
 const JUMP: f64 = 0.5;
 /// How long there may be nothing left to drive before the floor counts as covered: the map may be growing.
-const SETTLED: Duration = Duration::from_secs(2);
+const SETTLING_TIME: Duration = Duration::from_secs(2);
 
 /// Exports one path after another, along which a robot covers the floor of a map with a round tool.
 ///
@@ -34,11 +34,11 @@ pub struct Cover {
     #[import]
     pose: Import<Odometry>,
     /// Radius of a circle that the robot needs. Nearer to an obstacle it does not go.
-    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0)]
-    inscribed: Modulation<f64>,
+    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0, was = "inscribed")]
+    inscribed_radius: Modulation<f64>,
     /// Width of the tool, whose middle is that of the base.
-    #[modulation(default = 0.3, unit = "m", min = 0.05, max = 5.0)]
-    width: Modulation<f64>,
+    #[modulation(default = 0.3, unit = "m", min = 0.05, max = 5.0, was = "width")]
+    operation_width: Modulation<f64>,
     /// The share of the width by which neighbouring tracks overlap.
     #[modulation(default = 0.2, min = 0.0, max = 0.9)]
     overlap: Modulation<f64>,
@@ -54,10 +54,11 @@ pub struct Cover {
     /// The path: the way to the next stroke, and the stroke.
     #[export]
     path: Export<Path>,
-    /// DONE when nothing is left, with a note that says what is covered and what was left out. `reached` counts the strokes.
+    /// DONE when nothing is left, with a note about the covered floor and the places that were left out. `reached`
+    /// counts the strokes.
     #[export(lasting)]
     mission: Export<Mission>,
-    /// What it does, or why it does nothing.
+    /// The present activity, or the reason why there is none.
     #[export]
     state: Export<Text<160>>,
     /// The share of the floor that is covered.
@@ -163,13 +164,13 @@ impl Cover {
             .last
             .filter(|last| last.distance_to(&robot) < JUMP)
             .unwrap_or(robot);
-        let radius = self.width.get(cx) / 2.0;
+        let radius = self.operation_width.get(cx) / 2.0;
         marks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
         self.last = Some(robot);
         let patience = Duration::from_secs_f64(self.patience.get(cx));
         if let Some(stroke) = &mut self.stroke {
             stroke.advance(&robot, self.tolerance.get(cx), cx.now());
-            let ahead = self.inscribed.get(cx) + geometry.resolution();
+            let ahead = self.inscribed_radius.get(cx) + geometry.resolution();
             if let Some((x, y)) = stroke.stuck(cx.now(), patience, ahead) {
                 warn!(
                     cx,
@@ -183,11 +184,16 @@ impl Cover {
                 }
                 self.strokes += 1;
                 self.stroke = None;
-            } else if !is_blocked(&map, &geometry, stroke.ahead(), self.inscribed.get(cx)) {
+            } else if !is_blocked(&map, &geometry, stroke.ahead(), self.inscribed_radius.get(cx)) {
                 return Ok(());
             }
         }
-        let modulations = [&self.inscribed, &self.width, &self.overlap, &self.least];
+        let modulations = [
+            &self.inscribed_radius,
+            &self.operation_width,
+            &self.overlap,
+            &self.least,
+        ];
         let modulations = modulations.map(|modulation| modulation.get(cx));
         let cell = geometry.cell_at((robot.x, robot.y));
         let basis = (map.sequence(), cell, self.left_out.len(), modulations);
@@ -197,7 +203,7 @@ impl Cover {
         }
         if self.stroke.is_some() {
             (self.settled_since, self.is_done) = (None, false);
-        } else if cx.now() >= *self.settled_since.get_or_insert(cx.now()) + SETTLED && !self.is_done {
+        } else if cx.now() >= *self.settled_since.get_or_insert(cx.now()) + SETTLING_TIME && !self.is_done {
             self.is_done = true;
             info!(cx, "{}", self.situation());
         }
@@ -217,7 +223,7 @@ impl Cover {
             self.floor = Some(whole);
             self.floor_around(cx, &grid, robot)?
         };
-        let width = self.width.get(cx) / geometry.resolution();
+        let width = self.operation_width.get(cx) / geometry.resolution();
         let tool = core::f64::consts::PI * (width / 2.0).powi(2);
         let least = (self.least.get(cx) * tool).ceil() as usize;
         let next = self
@@ -233,7 +239,7 @@ impl Cover {
 
     /// The floor of a map around the robot.
     fn floor_around(&self, cx: &Context, grid: &Grid, robot: &Pose2D) -> Result<Floor> {
-        let (geometry, radius) = (*grid.geometry(), self.inscribed.get(cx));
+        let (geometry, radius) = (*grid.geometry(), self.inscribed_radius.get(cx));
         let costs = Costmap::new(grid, &Inflation::circle(radius))?;
         let prices = Prices::new(0.0, Unknown::Closed);
         let cell = geometry
@@ -241,7 +247,7 @@ impl Cover {
             .ok_or(PlanError::StartOutside)?;
         let reach = radius / geometry.resolution() + 2.0;
         let start = nearest_open(&costs, &prices, cell, reach).ok_or(PlanError::StartClosed)?;
-        let width = self.width.get(cx) / geometry.resolution();
+        let width = self.operation_width.get(cx) / geometry.resolution();
         let distance = (width * (1.0 - self.overlap.get(cx))).round().max(1.0) as u32;
         Ok(Floor::new(&costs, &prices, start, width / 2.0, distance)?)
     }

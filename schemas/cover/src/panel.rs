@@ -4,7 +4,7 @@ use jde_schema::prelude::*;
 
 use super::Cover;
 
-/// Most points for the covered and for the occupied cells. Of more, only every so many are drawn.
+/// Most points for the covered and for the occupied cells. Of more points, an even selection is drawn.
 const MOST_CELLS: usize = 20_000;
 
 impl Panel for Cover {
@@ -30,7 +30,7 @@ impl Panel for Cover {
                     .width(2.0);
             }
             for &place in &self.left_out {
-                area.circle(place, self.width.get(cx)).ink(Ink::Bad);
+                area.circle(place, self.operation_width.get(cx)).ink(Ink::Bad);
             }
             if let Some(pose) = self.robot(cx) {
                 area.robot(&pose);

@@ -6,12 +6,12 @@ use jde_schema::prelude::*;
 /// By how much the path may leave the centres of the cells, in cells.
 const TOLERANCE: f64 = 0.5;
 /// The longest stroke, in cells, so that a path has room for its points.
-const LONGEST: usize = 400;
+const MAX_CELLS: usize = 400;
 /// Least decrease of the distance to the next point that counts as nearer, m.
-const NEARER: f64 = 0.05;
+const MIN_PROGRESS: f64 = 0.05;
 
 /// How long a robot stands at the end before the rest counts as skipped.
-const SKIPPED: Duration = Duration::from_secs(3);
+const SKIP_TIME: Duration = Duration::from_secs(3);
 
 /// A stroke under way.
 pub(crate) struct Driven {
@@ -31,7 +31,7 @@ pub(crate) struct Driven {
 
 impl Driven {
     pub(crate) fn new(mut stroke: Stroke, geometry: &Geometry, now: Duration) -> Self {
-        stroke.cells.truncate(LONGEST);
+        stroke.cells.truncate(MAX_CELLS);
         let cells: Vec<(f64, f64)> = stroke.cells.iter().map(|&cell| geometry.center(cell)).collect();
         let along = |points: Vec<(f64, f64)>| Way { points, price: 0.0 }.simplified(TOLERANCE).points;
         let to = along(stroke.way);
@@ -57,12 +57,12 @@ impl Driven {
         while let Some(&(x, y)) = self.points.get(self.next) {
             let distance = (x - robot.x).hypot(y - robot.y);
             if distance > tolerance {
-                if distance < self.nearest.0 - NEARER {
+                if distance < self.nearest.0 - MIN_PROGRESS {
                     self.nearest = (distance, now, *robot);
                 }
                 let is_there = robot.distance_to(&self.end()) <= tolerance;
                 self.was_away |= self.next > self.to && !is_there;
-                if is_there && self.was_away && now.saturating_sub(self.nearest.1) >= SKIPPED {
+                if is_there && self.was_away && now.saturating_sub(self.nearest.1) >= SKIP_TIME {
                     self.next = self.points.len();
                 }
                 return;

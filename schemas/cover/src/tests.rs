@@ -28,7 +28,7 @@ const ROOM: [&str; 12] = [
 /// A robot of 0.1 m radius with a tool of 0.3 m.
 fn bench(rows: &[&str]) -> Bench<Cover> {
     let mut bench = Bench::new();
-    bench.set("inscribed", 0.1);
+    bench.set("inscribed_radius", 0.1);
     bench.set("tolerance", 0.05);
     bench.import("map", &*map(rows));
     stand(&mut bench, (0.45, 0.45));

@@ -13,6 +13,10 @@ pub(crate) struct Goal {
     pub(crate) margin: f64,
     pub(crate) speed: f64,
     pub(crate) turn: f64,
+    /// The least speed and turn rate at which the base moves, m/s and rad/s.
+    pub(crate) least: (f64, f64),
+    /// A heading toward the mark that is exact enough, rad.
+    pub(crate) heading: f64,
 }
 
 /// What the base does.
@@ -36,26 +40,24 @@ pub(crate) struct Course {
 }
 
 /// How near the place is near enough, m: a tenth of what is promised.
-const NEAR: f64 = 0.002;
-/// A heading toward the mark that is exact enough, rad: a fifth of a degree.
-const STRAIGHT: f64 = 0.0035;
-/// A heading at the docking place from which on it begins anew, rad: two degrees.
-const ASTRAY: f64 = 0.035;
+const POSITION_TOLERANCE: f64 = 0.002;
+/// A heading at the docking place from which on it begins anew, rad: two degrees, or twice what is exact enough.
+const HEADING_ERROR: f64 = 0.035;
 /// The length along which a deviation from the line decays, m.
 const DECAY: f64 = 0.25;
 /// The steepest way to the line, rad.
-const STEEPEST: f64 = 0.9;
+const MAX_ANGLE: f64 = 0.9;
 /// The largest deviation beside the docking place, m, and how much larger it may be for each metre before it: the base
 /// still gets onto the line.
-const BESIDE: (f64, f64) = (0.012, 0.5);
+const LATERAL_TOLERANCE: (f64, f64) = (0.012, 0.5);
 /// Nearer to the docking place than this, m, a larger deviation makes it begin anew.
 const DECISION: f64 = 0.5;
 /// How far back it drives to begin anew: at least, for each metre beside the line, and at most, m.
-const BACK: (f64, f64, f64) = (0.3, 2.0, 1.2);
-/// Speed for each metre to go, 1/s, and the least, m/s: it ends within a period's way.
-const SLOWING: (f64, f64) = (1.0, 0.02);
-/// Turn rate for each radian, 1/s, and the least, rad/s.
-const TURNING: (f64, f64) = (2.0, 0.02);
+const BACKUP_DISTANCE: (f64, f64, f64) = (0.3, 2.0, 1.2);
+/// Speed for each metre to go, 1/s.
+const APPROACH_GAIN: f64 = 1.0;
+/// Turn rate for each radian, 1/s.
+const TURN_GAIN: f64 = 2.0;
 
 impl Course {
     /// Returns what to do at a pose.
@@ -77,26 +79,26 @@ impl Course {
     /// Returns the speed ahead and the turn rate.
     pub(crate) fn command(&self, step: Step, local: &Pose2D, goal: &Goal) -> [f64; 2] {
         let rate = |error: f64, least: f64| {
-            let rate = (TURNING.0 * error.abs()).clamp(least, goal.turn.max(least));
+            let rate = (TURN_GAIN * error.abs()).clamp(least, goal.turn.max(least));
             rate.copysign(error)
         };
         let heading = astray(local);
         match step {
             Step::There => [0.0; 2],
-            Step::Turn => [0.0, rate(-heading, TURNING.1)],
+            Step::Turn => [0.0, rate(-heading, goal.least.1)],
             Step::Approach => {
                 // Facing the mark, +y is to the right: the way to the line is a turn to the left for a positive y.
                 let wanted = steer(local.y);
                 let error = wanted - heading;
                 let left = (local.x - goal.distance).max(0.0);
-                let speed = (SLOWING.0 * left).clamp(SLOWING.1, goal.speed.max(SLOWING.1));
+                let speed = (APPROACH_GAIN * left).clamp(goal.least.0, goal.speed.max(goal.least.0));
                 // It turns before it drives when it looks elsewhere.
-                [speed * (1.0 - error.abs() / STEEPEST).max(0.0), rate(error, 0.0)]
+                [speed * (1.0 - error.abs() / MAX_ANGLE).max(0.0), rate(error, 0.0)]
             }
             Step::Back => {
                 let error = -steer(local.y) / 2.0 - heading;
                 [
-                    -goal.speed * (1.0 - error.abs() / STEEPEST).max(0.0),
+                    -goal.speed * (1.0 - error.abs() / MAX_ANGLE).max(0.0),
                     rate(error, 0.0),
                 ]
             }
@@ -106,22 +108,34 @@ impl Course {
 
 /// Returns the heading, relative to that toward the mark, that leads to the line.
 fn steer(y: f64) -> f64 {
-    (y / DECAY).atan().clamp(-STEEPEST, STEEPEST)
+    (y / DECAY).atan().clamp(-MAX_ANGLE, MAX_ANGLE)
 }
 
 fn docking(step: Step, local: &Pose2D, goal: &Goal) -> Step {
     let left = local.x - goal.distance;
-    let beside = local.y.abs() > BESIDE.0 + BESIDE.1 * left.max(0.0);
+    let beside = local.y.abs() > LATERAL_TOLERANCE.0 + LATERAL_TOLERANCE.1 * left.max(0.0);
     match step {
-        Step::There if left.hypot(local.y) <= goal.margin && astray(local).abs() <= ASTRAY => Step::There,
-        Step::Turn if astray(local).abs() <= STRAIGHT => Step::There,
+        Step::There
+            if left.hypot(local.y) <= goal.margin
+                && astray(local).abs() <= HEADING_ERROR.max(2.0 * goal.heading) =>
+        {
+            Step::There
+        }
+        Step::Turn if astray(local).abs() <= goal.heading => Step::There,
         Step::Turn => Step::Turn,
-        Step::Back if left < BACK.2.min(BACK.0 + BACK.1 * local.y.abs()) => Step::Back,
+        Step::Back
+            if left
+                < BACKUP_DISTANCE
+                    .2
+                    .min(BACKUP_DISTANCE.0 + BACKUP_DISTANCE.1 * local.y.abs()) =>
+        {
+            Step::Back
+        }
         Step::There | Step::Approach | Step::Back => {
             let too_near = left < -goal.margin;
             if too_near || (beside && left < DECISION) {
                 Step::Back
-            } else if left <= NEAR {
+            } else if left <= POSITION_TOLERANCE {
                 Step::Turn
             } else {
                 Step::Approach

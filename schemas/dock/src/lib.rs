@@ -1,34 +1,37 @@
 //! Docking at an AprilTag or a reflector. The schema avoids no obstacles: another one must brake.
 
 mod approach;
+mod effort;
 mod panel;
 mod reflector;
 mod sighting;
 
-use jde_motion::{Frozen, arc, check_time, is_finite, is_jump, jumped};
+use jde_motion::{Frozen, OdometryHistory, is_finite, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::{Pose, PoseStamped, TagDetections, normalize_angle};
 use jde_vision::CameraMount;
 
 use approach::{Course, Step};
+use effort::Effort;
 pub use reflector::{Reflector, ReflectorStrips};
 use sighting::Sighting;
 
 /// A motion after which a mark that is the same to the bit is not seen, m and rad: no sensor sees the same twice.
-const UNCHANGED: f64 = 0.001;
+const REPEAT_MOTION: f64 = 0.001;
 /// A reflector that is farther than this, m, from where it was is another one. A tag has a number.
-const ELSEWHERE: f64 = 0.5;
+const OTHER_DISTANCE: f64 = 0.5;
 /// After so long a way, m, without a sighting, the odometry has drifted: the next sighting counts alone.
-const DRIFTED: f64 = 5.0;
+const DRIFT_WAY: f64 = 5.0;
 
-/// Drives a base to a place straight before a mark, an AprilTag or a reflector, heading toward it, and off again.
+/// Drives a base to a place straight before a mark, an AprilTag or a reflector, heading toward it, and away from it
+/// again.
 ///
-/// It follows the line on which the mark faces, more slowly as it comes nearer, stops, and turns toward the mark. If it
-/// is too near, or near but beside the line, it drives back and begins anew. What it saw of the mark is kept in the
-/// frame of the odometry, so the mark may be hidden for `patience`. The base must be able to turn on the spot. Bind
-/// either `tags` or `reflector`.
+/// It follows the line on which the mark faces, more slowly as it comes nearer, stops, and turns toward the mark. If
+/// it is too near, or near but beside the line, it drives back and begins again. The mark is kept in the frame of the
+/// odometry, so it may be hidden for `patience`. The base must be able to turn on the spot. Bind either `tags` or
+/// `reflector`.
 ///
-/// READY while the mark was seen and the base is not where it shall be.
+/// READY while the mark was seen and the base is not at the docking place.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Dock {
@@ -38,7 +41,7 @@ pub struct Dock {
     /// The reflector that a laser of the base sees, from `dock/reflector`.
     #[import(optional)]
     reflector: Import<PoseStamped>,
-    /// What the schema that finds the reflector says of it.
+    /// The state of the schema that finds the reflector, in words.
     #[import(optional)]
     state: Import<Text<160>>,
     /// The measured pose of the base.
@@ -56,7 +59,7 @@ pub struct Dock {
     /// Distance from the mark at which it has left.
     #[modulation(default = 1.5, unit = "m", min = 0.1)]
     off: Modulation<f64>,
-    /// How far it must be off the place where it shall be, to begin anew. It also does if it is turned by 2 degrees.
+    /// How far it must be off the docking place to begin again. It also begins again if it is turned by 2 degrees.
     #[modulation(default = 0.05, unit = "m", min = 0.015)]
     margin: Modulation<f64>,
     /// How far the camera or the laser is ahead of the base.
@@ -72,19 +75,34 @@ pub struct Dock {
     #[modulation(default = 0.0, unit = "rad")]
     tilt: Modulation<f64>,
     /// Highest speed.
-    #[modulation(default = 0.2, unit = "m/s", min = 0.01)]
+    #[modulation(default = 0.2, unit = "m/s", min = 0.01, limit)]
     speed: Modulation<f64>,
     /// Highest turn rate.
-    #[modulation(default = 0.8, unit = "rad/s", min = 0.01)]
+    #[modulation(default = 0.8, unit = "rad/s", min = 0.01, limit)]
     turn: Modulation<f64>,
+    /// Least speed at which it comes to the docking place: above that at which the base stands.
+    #[modulation(default = 0.05, unit = "m/s", min = 0.005)]
+    min_speed: Modulation<f64>,
+    /// Least turn rate on the spot: above that at which the base stands.
+    #[modulation(default = 0.1, unit = "rad/s", min = 0.005)]
+    min_turn: Modulation<f64>,
+    /// Error of the heading toward the mark at which it ends its turn: at least what the base turns at `min_turn` until it
+    /// stands.
+    #[modulation(default = 0.5_f64.to_radians(), unit = "rad", min = 0.001, max = 0.5)]
+    yaw_goal_tolerance: Modulation<f64>,
+    /// How long it drives without coming nearer, in all attempts to one place, before it gives up. While a guard refuses its
+    /// commands, no time counts.
+    #[modulation(default = 60.0, unit = "s", min = 1.0, max = 3600.0)]
+    movement_time_allowance: Modulation<f64>,
     /// How long the mark may be out of sight.
     #[modulation(default = 10.0, unit = "s", min = 0.1, max = 3600.0)]
     patience: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
+    /// Least step of the odometry that is a jump and no motion. A turn by more than 90 degrees is a jump too.
     #[modulation(default = 0.3, unit = "m", min = 0.1)]
     jump: Modulation<f64>,
-    /// DONE while the base is where it shall be, FAILED while a mark that was seen is out of sight for too long, else
-    /// RUNNING; the note says what it does. The target is the docking place.
+    /// DONE while the base is at the docking place, else RUNNING; the note names the present activity. It is FAILED while a
+    /// mark that was seen is out of sight for too long, and, when the drive came no nearer, until somebody moves the base.
+    /// The target is the docking place.
     #[export(lasting)]
     docking: Export<Mission>,
     /// Speeds of the base.
@@ -94,11 +112,13 @@ pub struct Dock {
     followed: Option<u32>,
     sighting: Sighting,
     course: Course,
+    effort: Effort,
     /// Sequence number of the last picture or scan.
     last: Option<u64>,
     /// The mark as it was seen last.
     seen: Option<Pose>,
     frozen: Frozen,
+    history: OdometryHistory,
     /// Why what was seen last says nothing.
     useless: Option<String>,
     /// The last pose of the odometry.
@@ -121,6 +141,7 @@ impl Schema for Dock {
     fn awake(&mut self, cx: &Context) -> Result {
         (self.followed, self.step) = (None, None);
         (self.last_pose, self.useless) = (None, None);
+        self.effort = Effort::default();
         Ok(self.expect_one_mark(cx)?)
     }
 
@@ -129,23 +150,38 @@ impl Schema for Dock {
         if self.followed.replace(id) != Some(id) {
             self.sighting = Sighting::default();
             self.course = Course::default();
+            self.effort = Effort::default();
         }
         self.notice_jump(cx);
         self.look(cx, id);
         let local = self.local(cx);
         self.step = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
+        if self.step.is_some_and(|(step, _)| step == Step::There) {
+            self.effort = Effort::default();
+        }
         self.report(cx);
-        Ok(match self.step {
-            None => Precondition::from(false),
-            Some((step, _)) => (step != Step::There).into(),
-        })
+        let drives = self.step.is_some_and(|(step, _)| step != Step::There);
+        Ok((drives && self.failure(cx).is_none()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let twist = self.step.map_or(Twist::ZERO, |(step, local)| {
-            let [speed, turn] = self.course.command(step, &local, &self.goal(cx));
-            Twist::planar(speed, turn)
-        });
+        let (Some((step, local)), Some(pose)) = (self.step, self.last_pose) else {
+            self.base.command(cx, Twist::ZERO);
+            return Ok(());
+        };
+        let goal = self.goal(cx);
+        let [speed, turn] = self.course.command(step, &local, &goal);
+        let allowance = Duration::from_secs_f64(self.movement_time_allowance.get(cx));
+        let failure = self
+            .effort
+            .command(cx.now(), (step, &local, &pose), &goal, allowance);
+        let twist = match failure {
+            Some(words) => {
+                warn!(cx, "gives up: {words}");
+                Twist::ZERO
+            }
+            None => Twist::planar(speed, turn),
+        };
         self.base.command(cx, twist);
         Ok(())
     }
@@ -183,6 +219,7 @@ impl Dock {
             self.frozen.jump(last, &pose);
             self.sighting = Sighting::default();
             self.course = Course::default();
+            self.effort = Effort::default();
         } else {
             self.way += last.map_or(0.0, |last| last.distance_to(&pose));
         }
@@ -208,7 +245,9 @@ impl Dock {
 
     /// Takes the newest sighting of the mark.
     fn look(&mut self, cx: &Context, id: u32) {
-        let (Some((sequence, time, mark)), Some(pose)) = (self.newest(cx, id), self.odometry(cx)) else {
+        let Some(pose) = self.odometry(cx) else { return };
+        self.history.add(pose.time(), &pose);
+        let Some((sequence, time, mark)) = self.newest(cx, id) else {
             return;
         };
         if self.last.replace(sequence) == Some(sequence) {
@@ -223,19 +262,18 @@ impl Dock {
         };
         let last = self.seen.replace(mark);
         let differs = last.is_none_or(|last| last.as_bytes() != mark.as_bytes());
-        if self.frozen.is_frozen(differs, &pose.pose2d(), UNCHANGED) {
+        if self.frozen.is_frozen(differs, &pose.pose2d(), REPEAT_MOTION) {
             self.useless = Some("the sensor repeats its last picture or scan".to_owned());
             return;
         }
         let is_reflector = self.reflector.is_bound(cx);
         // Where the base was when the picture or the scan was taken.
-        let since = time.as_secs_f64() - pose.time().as_secs_f64();
         let sensor = if is_reflector { "scans" } else { "pictures" };
-        self.useless = check_time(sensor, since).err();
-        if self.useless.is_some() {
-            return;
-        }
-        let base = pose.pose2d().transform(&arc(&pose.twist.twist, since));
+        let base = match self.history.base(sensor, time, cx.now()) {
+            Ok(base) => base,
+            Err(words) => return self.useless = Some(words),
+        };
+        self.useless = None;
         let [ahead, left, yaw] = [&self.ahead, &self.left, &self.yaw].map(|part| part.get(cx));
         let seen = if is_reflector {
             Pose2D::new(ahead, left, yaw).transform(&mark.into())
@@ -247,12 +285,12 @@ impl Dock {
             };
             mount.facing(&mark)
         };
-        if self.way > DRIFTED {
+        if self.way > DRIFT_WAY {
             self.sighting = Sighting::default();
         }
         if is_reflector && let Some(known) = self.sighting.place(cx.now(), Duration::MAX) {
             let off = known.distance_to(&base.transform(&seen));
-            if off > ELSEWHERE {
+            if off > OTHER_DISTANCE {
                 self.useless = Some(format!("another reflector, {off:.1} m beside it, is in sight"));
                 return;
             }
@@ -268,6 +306,13 @@ impl Dock {
         Some(tag.localize(&self.odometry(cx)?.pose2d()))
     }
 
+    /// Why it gave up the drive.
+    fn failure(&mut self, cx: &Context) -> Option<String> {
+        let goal = self.goal(cx);
+        let failure = self.effort.failure(&self.last_pose?, &goal);
+        failure.map(str::to_owned)
+    }
+
     fn goal(&self, cx: &Context) -> approach::Goal {
         approach::Goal {
             leave: self.leave.get(cx).get(),
@@ -276,6 +321,8 @@ impl Dock {
             margin: self.margin.get(cx),
             speed: self.speed.get(cx),
             turn: self.turn.get(cx),
+            least: (self.min_speed.get(cx), self.min_turn.get(cx)),
+            heading: self.yaw_goal_tolerance.get(cx),
         }
     }
 
@@ -310,7 +357,11 @@ impl Dock {
         } else {
             "tag"
         };
+        let failure = self.failure(cx);
         let (state, note) = match self.step {
+            Some((step, _)) if step != Step::There && failure.is_some() => {
+                (Mission::FAILED, failure.unwrap_or_default())
+            }
             None if self.odometry(cx).is_none() => (Mission::RUNNING, "waiting for the odometry".into()),
             None if !self.sighting.is_known() => (Mission::RUNNING, self.waiting(cx)),
             None => (Mission::FAILED, self.waiting(cx)),

@@ -5,9 +5,9 @@ use jde_schema::prelude::*;
 use jde_schema::types::normalize_angle;
 
 /// The weight that is left of a sighting after the next one.
-const KEPT: f64 = 0.97;
+const KEPT_WEIGHT: f64 = 0.97;
 /// The least weight of a direction that is ambiguous: straight before a mark, all are.
-const AMBIGUOUS: f64 = 0.02;
+const AMBIGUOUS_WEIGHT: f64 = 0.02;
 
 /// The place of the mark in the frame of the odometry.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,7 +28,7 @@ struct Mean {
 
 impl Mean {
     fn add(&mut self, value: f64, weight: f64) {
-        self.weight = KEPT * self.weight + weight;
+        self.weight = KEPT_WEIGHT * self.weight + weight;
         self.value += weight / self.weight * (value - self.value);
     }
 }
@@ -50,7 +50,7 @@ impl Sighting {
         if self.last.is_none() {
             self.first = mark.theta;
         }
-        let clear = (1.0 - ambiguity).max(AMBIGUOUS);
+        let clear = (1.0 - ambiguity).max(AMBIGUOUS_WEIGHT);
         self.facing
             .add(normalize_angle(mark.theta - self.first), weight * clear);
         self.last = Some(time);

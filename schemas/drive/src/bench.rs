@@ -3,17 +3,18 @@
 
 use core::time::Duration;
 
-use jde_motion::{Limits, Travel};
+use jde_motion::{BaseDynamics, Travel};
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
 /// The radius of the base, m.
 pub(crate) const RADIUS: f64 = 0.25;
-const LIMITS: Limits = Limits {
+const DYNAMICS: BaseDynamics = BaseDynamics {
     acceleration: 0.3,
     deceleration: 0.3,
     turn_acceleration: 1.0,
     turn_deceleration: 1.0,
+    lag: 0.0,
 };
 /// Steps of the base for each iteration.
 const STEPS: u32 = 5;
@@ -32,11 +33,14 @@ pub(crate) struct Loop<S: Schema> {
     pub(crate) bench: Bench<S>,
     pub(crate) walls: Vec<Wall>,
     pub(crate) travel: Travel,
+    pub(crate) dynamics: BaseDynamics,
+    /// The turn rate below which the base does not turn, rad/s.
+    pub(crate) dead_band: f64,
     /// The least distance from the robot's edge to a wall so far, m.
     pub(crate) clearance: f64,
     /// The way so far, m.
     pub(crate) distance: f64,
-    now: Duration,
+    pub(crate) now: Duration,
 }
 
 impl<S: Schema> Loop<S> {
@@ -49,10 +53,13 @@ impl<S: Schema> Loop<S> {
                 pose,
                 ..Travel::default()
             },
+            dynamics: DYNAMICS,
+            dead_band: 0.0,
             clearance: f64::INFINITY,
             distance: 0.0,
             now: Duration::ZERO,
         };
+        world.bench.import("dynamics", &DYNAMICS);
         world.bench.awake().expect("it awakes");
         world.sense();
         world
@@ -67,10 +74,15 @@ impl<S: Schema> Loop<S> {
             self.sense();
             self.bench.check().expect("the check succeeds");
             self.bench.iterate().expect("the iteration succeeds");
-            let command: Twist = self.bench.commanded("base").expect("a command");
+            let mut command: Twist = self.bench.commanded("base").expect("a command");
+            if command.angular.z.abs() < self.dead_band {
+                command.angular.z = 0.0;
+            }
             for _ in 0..STEPS {
                 let before = self.travel.pose;
-                self.travel = self.travel.after(0.1 / f64::from(STEPS), &command, &LIMITS);
+                self.travel = self
+                    .travel
+                    .after(0.1 / f64::from(STEPS), &command, &self.dynamics);
                 self.distance += before.distance_to(&self.travel.pose);
                 self.clearance = self.clearance.min(self.nearest() - RADIUS);
             }
@@ -80,7 +92,7 @@ impl<S: Schema> Loop<S> {
 
     /// Gives the schema the scan, the pose and the time.
     pub(crate) fn sense(&mut self) {
-        let Travel { pose, velocity } = self.travel;
+        let Travel { pose, velocity, .. } = self.travel;
         let scan = scan(&self.walls, &pose);
         self.bench.set_now(self.now);
         self.bench.import("laser", &scan);

@@ -2,29 +2,39 @@
 //! command. A command that the body cannot stop from in time is slowed or refused, never replaced by another
 //! way.
 
-use jde_motion::{FootprintError, Limits, Maneuver, Outline, ScanPoints, Stopping};
-use jde_schema::types::{Footprint, LaserScan, Odometry, Point2D, Pose2D, Twist};
+use jde_motion::{
+    BaseDynamics, FootprintError, Maneuver, Momentum, Motors, OdometryHistory, Outline, ScanPoints, Stopping,
+    Sweep, Travel,
+};
+use jde_schema::prelude::*;
+use jde_schema::types::{Footprint, Point2D};
 
 /// How long a command is in force at least before the next one takes effect, s: twice the period of the
 /// schemas of this plugin, and the period of a driver.
 pub(crate) const HOLD: f64 = 0.3;
 /// The factors that a refused command is tried with, as the speed along the same arc.
-const SLOWER: [f64; 3] = [1.0, 0.5, 0.25];
+const SPEED_FACTORS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// The body of the robot, and what the laser saw last.
 pub(crate) struct Body {
     outline: Outline,
     mount: Pose2D,
+    history: OdometryHistory,
     scan_points: ScanPoints,
+    momentum: Momentum,
+    /// Where the base is and how it moves.
+    travel: Travel,
+    /// Where the base was while the last scan was taken.
+    sweep: Option<Sweep>,
+    /// Whether the times of scans say nothing, which the log says once.
+    is_untimely: bool,
 }
 
 /// What the base can do, from the modulations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ability {
-    /// Greatest change of speed, m/s².
-    pub(crate) acceleration: f64,
-    /// Greatest change of the turn rate, rad/s².
-    pub(crate) turn_acceleration: f64,
+    /// How it follows its commands.
+    pub(crate) dynamics: BaseDynamics,
     /// Distance to keep from everything, m.
     pub(crate) margin: f64,
     /// How long a command must be free before the stop, s; at least [`HOLD`].
@@ -77,7 +87,7 @@ impl Permit {
             Self::Turn(_, Point2D { x, y }) | Self::Stay(Point2D { x, y }) => Some(format!(
                 "something is in the way, {x:.2} m ahead and {y:.2} m left"
             )),
-            Self::Unknown => Some("the velocity is no number, or a stop takes too long".into()),
+            Self::Unknown => Some("the velocity is not a number, or a stop takes too long".into()),
         }
     }
 }
@@ -88,22 +98,57 @@ impl Body {
         Ok(Self {
             outline: Outline::try_from(footprint)?,
             mount,
+            history: OdometryHistory::default(),
             scan_points: ScanPoints::default(),
+            momentum: Momentum::default(),
+            travel: Travel::default(),
+            sweep: None,
+            is_untimely: false,
         })
     }
 
-    /// Takes in a scan, and returns pose and velocity of the base; `None` if there is no scan or odometry, the
-    /// scan measures nothing, or a number of the odometry is not finite.
+    /// Takes in a scan and the odometry of a base with these motors, and returns its pose now and its velocity; `None` if
+    /// there is no scan or odometry, the motors are unknown, the scan measures nothing, its time or that of the odometry
+    /// says nothing of the present, or a number of the odometry is not finite.
     pub(crate) fn observe(
         &mut self,
-        scan: Option<&LaserScan>,
-        odometry: Option<&Odometry>,
+        cx: &Context,
+        scan: Option<&Sample<'_, LaserScan>>,
+        odometry: Option<&Sample<'_, Odometry>>,
+        motors: Option<Motors>,
     ) -> Option<(Pose2D, Twist)> {
-        self.scan_points.update(scan?, &self.mount).ok()?;
-        measured(odometry?)
+        let (scan, odometry) = (scan?, odometry?);
+        measured(odometry)?;
+        self.history.add(odometry.time(), odometry);
+        let here = self.history.current(cx.now());
+        let placed = here.and_then(|here| Ok((here, self.history.sweep(scan, scan.time(), cx.now())?)));
+        let was_untimely = core::mem::replace(&mut self.is_untimely, placed.is_err());
+        if let Err(words) = &placed
+            && !was_untimely
+        {
+            warn!(cx, "stands: {words}");
+        }
+        self.sweep = placed.as_ref().ok().map(|(_, sweep)| *sweep);
+        let (pose, sweep) = placed.ok()?;
+        let laser = sweep.seen_from(&pose, &self.mount);
+        self.scan_points.update(scan, laser).ok()?;
+        // Not by its header: that of ROS may have no time.
+        let moves = self.momentum.update(odometry.time(), &odometry.twist, &motors?);
+        self.travel = Travel { pose, ..moves };
+        Some((pose, moves.velocity))
     }
 
-    /// The points of the last scan, in the frame of the base.
+    /// Where the base is and how it moves, as it was observed last.
+    pub(crate) fn travel(&self) -> &Travel {
+        &self.travel
+    }
+
+    /// Where the base was while the last scan was taken.
+    pub(crate) const fn sweep(&self) -> Option<&Sweep> {
+        self.sweep.as_ref()
+    }
+
+    /// The points of the last scan, in the frame of the base as it is now.
     pub(crate) fn points(&self) -> &[Point2D] {
         self.scan_points.as_slice()
     }
@@ -149,41 +194,32 @@ impl Body {
         &self.outline
     }
 
-    /// Checks `wanted` for a base that moves at `velocity` among what the laser sees.
-    pub(crate) fn permit(&self, velocity: &Twist, wanted: Twist, ability: &Ability) -> Permit {
-        self.permit_among(self.points(), velocity, wanted, ability)
+    /// Checks `wanted` among what the laser sees, for the base as it moves.
+    pub(crate) fn permit(&self, wanted: Twist, ability: &Ability) -> Permit {
+        self.permit_among(self.points(), wanted, ability)
     }
 
-    /// Checks `wanted` for a base that moves at `velocity` among these points, in the frame of the base.
+    /// Checks `wanted` among these points, in the frame of the base.
     ///
     /// Within the margin, half of the present clearance counts instead, so that a body that came too close
     /// can leave.
-    pub(crate) fn permit_among(
-        &self,
-        points: &[Point2D],
-        velocity: &Twist,
-        wanted: Twist,
-        ability: &Ability,
-    ) -> Permit {
+    pub(crate) fn permit_among(&self, points: &[Point2D], wanted: Twist, ability: &Ability) -> Permit {
         let clearance = self.outline.clearance(&Pose2D::ORIGIN, points);
         let margin = ability.margin.min(clearance / 2.0);
         let stopping = |command: Twist| {
             let maneuver = Maneuver {
-                velocity: *velocity,
+                velocity: self.travel.velocity,
+                lead: self.travel.lead,
+                wait: 0.0,
                 command,
                 hold: ability.hold,
-                limits: Limits {
-                    acceleration: ability.acceleration,
-                    deceleration: ability.acceleration,
-                    turn_acceleration: ability.turn_acceleration,
-                    turn_deceleration: ability.turn_acceleration,
-                },
+                dynamics: ability.dynamics,
             };
             maneuver.stopping(&self.outline, points, margin)
         };
         let turn = wanted.angular.z;
         let mut blocking = None;
-        for factor in SLOWER {
+        for factor in SPEED_FACTORS {
             let mut slower = Twist::planar(factor * wanted.linear.x, factor * turn);
             slower.linear.y = factor * wanted.linear.y;
             match stopping(slower) {

@@ -11,6 +11,7 @@ mod dwa;
 mod line;
 mod mppi;
 mod path;
+mod ports;
 mod track;
 mod vfh;
 mod wall;

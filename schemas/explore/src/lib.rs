@@ -12,15 +12,17 @@ use jde_schema::types::OccupancyGrid;
 use survey::{Survey, Surveyed};
 
 /// How near to a target its frontier must be to be still there, m.
-const NEAR: f64 = 0.5;
+const SAME_FRONTIER_DISTANCE: f64 = 0.5;
 
-/// Chooses one frontier of a map after another as the target of a father, until none is left: then the mission is done.
+/// Chooses one frontier of a map after another as the target of a father, until none is left: then the mission is
+/// done.
 ///
-/// A frontier is where free cells border on unknown ones. The next one is that with the least way less `gain` times its length.
-/// It stays the target until it is seen, even if another one becomes better. A frontier is given up if the father gives up
-/// its target, or if it is still open `look` after the robot has reached it; then all of it within `apart` of the target is left out
-/// until it is seen. One to which no way leads remains until the end, and may be reached later. The words of the mission say what
-/// was left out. If a frontier opens afterwards, the exploration goes on.
+/// A frontier is where free cells border on unknown ones. The next one is that with the least way less `gain_scale`
+/// times its length. It stays the target until it is seen, even if another frontier becomes better. A frontier is
+/// given up if the father gives up its target, or if it is still open `look` after the robot has reached it; then all
+/// of it within `apart` of the target is left out until it is seen. A frontier to which no way leads remains until
+/// the end, and may be reached later. The note of the mission names the places that were left out. If a frontier
+/// opens afterwards, the exploration continues.
 #[derive(Describe)]
 #[schema(perceptive, period = "200ms", budget = "100ms")]
 pub struct Explore {
@@ -30,18 +32,18 @@ pub struct Explore {
     /// The estimated pose of the robot, in the frame of the map. One that is not finite counts as none.
     #[import]
     pose: Import<Odometry>,
-    /// What has become of the target: the mission of the father that drives to it.
+    /// The outcome of the target: the mission of the father that drives to it.
     #[import]
     drive: Import<Mission>,
     /// Radius of a circle that the robot needs. Nearer to an obstacle there is no way.
-    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0)]
-    inscribed: Modulation<f64>,
-    /// Least length of a frontier. A shorter one is not seen into.
-    #[modulation(default = 0.5, unit = "m", min = 0.05, max = 10.0)]
-    least: Modulation<f64>,
+    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0, was = "inscribed")]
+    inscribed_radius: Modulation<f64>,
+    /// Least length of a frontier. Shorter ones are ignored.
+    #[modulation(default = 0.5, unit = "m", min = 0.05, max = 10.0, was = "least")]
+    min_frontier_size: Modulation<f64>,
     /// How much farther the way to a frontier may be for each metre of its length. 0 chooses the nearest one.
-    #[modulation(default = 0.5, min = 0.0, max = 100.0)]
-    gain: Modulation<f64>,
+    #[modulation(default = 0.5, min = 0.0, max = 100.0, was = "gain")]
+    gain_scale: Modulation<f64>,
     /// Time to see into a frontier that has been reached.
     #[modulation(default = 2.0, unit = "s", min = 0.0, max = 60.0)]
     look: Modulation<f64>,
@@ -54,10 +56,11 @@ pub struct Explore {
     /// Where to drive; none while no frontier is chosen.
     #[export]
     target: Export<Target>,
-    /// DONE when no frontier is left, with a note that says what was left out. `reached` counts the frontiers that were seen.
+    /// DONE when no frontier is left, with a note about the places that were left out. `reached` counts the frontiers
+    /// that were seen.
     #[export(lasting)]
     mission: Export<Mission>,
-    /// What it does, or why it does nothing.
+    /// The present activity, or the reason why there is none.
     #[export]
     state: Export<Text<160>>,
     /// The area that is known to be free.
@@ -168,7 +171,7 @@ impl Explore {
             && let Some(survey) = self.survey.take()
         {
             let apart = self.apart.get(cx);
-            self.surveyed = survey.end(self.least.get(cx), apart, &mut self.given_up);
+            self.surveyed = survey.end(self.min_frontier_size.get(cx), apart, &mut self.given_up);
             self.area.write(cx, self.surveyed.area);
             self.decide(cx);
         }
@@ -181,7 +184,7 @@ impl Explore {
         let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
         let survey = match self.survey.take() {
             Some(survey) => survey,
-            None => Survey::new(&map, (robot.x, robot.y), self.inscribed.get(cx), cx.now())?,
+            None => Survey::new(&map, (robot.x, robot.y), self.inscribed_radius.get(cx), cx.now())?,
         };
         Ok(self.survey.insert(survey))
     }
@@ -190,7 +193,8 @@ impl Explore {
     fn decide(&mut self, cx: &Context) {
         if let Some(aim) = self.aim {
             let frontiers = self.surveyed.frontiers.iter();
-            let near = frontiers.filter(|frontier| frontier.is_near((aim.target.x, aim.target.y), NEAR));
+            let near = frontiers
+                .filter(|frontier| frontier.is_near((aim.target.x, aim.target.y), SAME_FRONTIER_DISTANCE));
             // Behind a wall there may be another one.
             match near.max_by_key(|frontier| frontier.place.is_some()) {
                 Some(frontier) => {
@@ -206,7 +210,7 @@ impl Explore {
                 None => self.seen += 1,
             }
         }
-        let gain = self.gain.get(cx);
+        let gain = self.gain_scale.get(cx);
         let reached = self.surveyed.frontiers.iter().filter_map(|frontier| {
             let (target, way) = frontier.place?;
             Some((way - gain * frontier.size, target))

@@ -4,7 +4,7 @@ use jde_schema::prelude::*;
 
 use super::Explore;
 
-/// Most points for the occupied cells, and for those of all frontiers. Of more, only every so many are drawn.
+/// Most points for the occupied cells, and for those of all frontiers. Of more points, an even selection is drawn.
 const MOST_POINTS: usize = 20_000;
 
 impl Panel for Explore {

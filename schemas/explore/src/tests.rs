@@ -22,14 +22,14 @@ const ROOM: [&str; 7] = [
     "#...................?",
     "#####################",
 ];
-const LEFT: Pose2D = Pose2D::new(0.15, 0.35, 0.0);
-const RIGHT: Pose2D = Pose2D::new(1.95, 0.35, 0.0);
+const LEFT_POSE: Pose2D = Pose2D::new(0.15, 0.35, 0.0);
+const RIGHT_POSE: Pose2D = Pose2D::new(1.95, 0.35, 0.0);
 
 /// A robot of 0.1 m radius that sees frontiers of 0.2 m.
 fn bench(x: f64) -> Bench<Explore> {
     let mut bench = Bench::new();
-    bench.set("inscribed", 0.05);
-    bench.set("least", 0.2);
+    bench.set("inscribed_radius", 0.05);
+    bench.set("min_frontier_size", 0.2);
     bench.set("apart", 0.5);
     stand(&mut bench, x, 0.35);
     bench
@@ -92,10 +92,10 @@ fn rows(rows: &[String]) -> Vec<&str> {
 
 #[test]
 fn the_nearest_frontier_is_chosen_unless_a_longer_one_is_worth_the_way() {
-    assert_eq!(target(&mut bench(0.95), &ROOM, 0), Some(LEFT));
-    for (gain, chosen) in [(0.0, LEFT), (5.0, RIGHT)] {
+    assert_eq!(target(&mut bench(0.95), &ROOM, 0), Some(LEFT_POSE));
+    for (gain, chosen) in [(0.0, LEFT_POSE), (5.0, RIGHT_POSE)] {
         let mut bench = bench(0.95);
-        bench.set("gain", gain);
+        bench.set("gain_scale", gain);
         assert_eq!(target(&mut bench, &ROOM, 0), Some(chosen), "{gain}");
     }
 }
@@ -103,15 +103,15 @@ fn the_nearest_frontier_is_chosen_unless_a_longer_one_is_worth_the_way() {
 #[test]
 fn a_target_stays_until_its_frontier_is_seen() {
     let mut bench = bench(1.25);
-    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT));
+    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT_POSE));
     stand(&mut bench, 0.35, 0.35);
     assert_eq!(
         target(&mut bench, &ROOM, 1),
-        Some(RIGHT),
+        Some(RIGHT_POSE),
         "the other one is nearer now"
     );
     assert_eq!(mission(&bench).reached, 0);
-    assert_eq!(target(&mut bench, &rows(&half_closed()), 2), Some(LEFT));
+    assert_eq!(target(&mut bench, &rows(&half_closed()), 2), Some(LEFT_POSE));
     assert_eq!(mission(&bench).reached, 1);
 }
 
@@ -120,13 +120,13 @@ fn a_frontier_that_stays_open_after_the_robot_came_is_given_up() {
     let mut bench = bench(1.25);
     target(&mut bench, &ROOM, 0);
     drive(&mut bench, Mission::RUNNING, "");
-    assert_eq!(target(&mut bench, &ROOM, 9), Some(RIGHT));
+    assert_eq!(target(&mut bench, &ROOM, 9), Some(RIGHT_POSE));
     drive(&mut bench, Mission::DONE, "");
     for second in [10, 11] {
-        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT), "it looks");
+        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT_POSE), "it looks");
     }
     assert_eq!(target(&mut bench, &ROOM, 12), None);
-    assert_eq!(target(&mut bench, &ROOM, 13), Some(LEFT));
+    assert_eq!(target(&mut bench, &ROOM, 13), Some(LEFT_POSE));
     assert!(mission(&bench).note.as_str().ends_with("1 place is left out"));
     assert!(
         bench
@@ -139,7 +139,7 @@ fn a_frontier_that_stays_open_after_the_robot_came_is_given_up() {
 #[test]
 fn a_frontier_that_stays_open_on_a_map_that_does_not_change_is_given_up() {
     let mut bench = bench(1.25);
-    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT));
+    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT_POSE));
     drive(&mut bench, Mission::DONE, "");
     for second in 1..5 {
         bench.set_now(Duration::from_secs(second));
@@ -155,7 +155,7 @@ fn a_frontier_behind_a_wall_changes_nothing_of_the_target_beside_it() {
     let mut bench = bench(1.25);
     stand(&mut bench, 1.25, 0.65);
     let chosen = target(&mut bench, &rows, 0).expect("a target");
-    assert_eq!(chosen.x, RIGHT.x);
+    assert_eq!(chosen.x, RIGHT_POSE.x);
     stand(&mut bench, 0.35, 0.65);
     assert_eq!(target(&mut bench, &rows, 1), Some(chosen), "it stays");
     drive(&mut bench, Mission::DONE, "");
@@ -170,16 +170,16 @@ fn a_robot_that_awakes_before_a_frontier_looks_anew() {
     let mut bench = bench(1.25);
     target(&mut bench, &ROOM, 0);
     drive(&mut bench, Mission::DONE, "");
-    assert_eq!(target(&mut bench, &ROOM, 1), Some(RIGHT));
+    assert_eq!(target(&mut bench, &ROOM, 1), Some(RIGHT_POSE));
     bench.sleep().expect("it sleeps");
     bench.set_now(Duration::from_secs(100));
     bench.awake().expect("it awakes");
     for second in 100..104 {
-        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT));
+        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT_POSE));
     }
     drive(&mut bench, Mission::DONE, "");
     for second in 104..106 {
-        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT), "it looks");
+        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT_POSE), "it looks");
     }
     assert_eq!(target(&mut bench, &ROOM, 106), None);
 }
@@ -187,7 +187,7 @@ fn a_robot_that_awakes_before_a_frontier_looks_anew() {
 #[test]
 fn no_target_is_left_while_it_sleeps() {
     let mut bench = bench(1.25);
-    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT));
+    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT_POSE));
     bench.sleep().expect("it sleeps");
     assert!(bench.exported::<Target>("target").is_none());
 }
@@ -214,13 +214,13 @@ fn a_target_that_the_father_gives_up_is_not_chosen_again_until_an_operator_asks(
     let mut bench = bench(1.25);
     target(&mut bench, &ROOM, 0);
     drive(&mut bench, Mission::FAILED, "in vain: turned");
-    assert_eq!(target(&mut bench, &ROOM, 1), Some(LEFT));
+    assert_eq!(target(&mut bench, &ROOM, 1), Some(LEFT_POSE));
     let saved = bench.save().expect("it saves");
     let mut reloaded = self::bench(1.25);
     reloaded.restore(&saved).expect("it restores");
     assert_eq!(
         target(&mut reloaded, &ROOM, 1),
-        Some(LEFT),
+        Some(LEFT_POSE),
         "kept across a reload"
     );
     assert!(
@@ -234,12 +234,12 @@ fn a_target_that_the_father_gives_up_is_not_chosen_again_until_an_operator_asks(
     bench
         .touch("again", Touch::Pressed)
         .expect("the gesture is handled");
-    assert_eq!(target(&mut bench, &ROOM, 2), Some(LEFT), "it stays");
+    assert_eq!(target(&mut bench, &ROOM, 2), Some(LEFT_POSE), "it stays");
     let left_seen: Vec<String> = ROOM.iter().map(|row| format!("#{}", &row[1..])).collect();
     for second in 3..6 {
         assert_eq!(
             target(&mut bench, &rows(&left_seen), second),
-            Some(RIGHT),
+            Some(RIGHT_POSE),
             "the father has said nothing since"
         );
     }
@@ -270,7 +270,7 @@ fn a_closed_map_ends_the_mission_and_says_what_was_left_out() {
     );
     assert_eq!(
         target(&mut bench, &rows(&half_closed()), 3),
-        Some(LEFT),
+        Some(LEFT_POSE),
         "the way has opened"
     );
     assert_eq!(mission(&bench).state, Mission::RUNNING);
@@ -303,7 +303,7 @@ fn what_is_missing_or_wrong_is_said_and_no_other_target_is_chosen() {
         (
             |bench| stand(bench, 0.05, 0.05),
             "the robot is in an obstacle of the map",
-            Some(LEFT),
+            Some(LEFT_POSE),
         ),
         (
             |bench| {
@@ -326,7 +326,7 @@ fn what_is_missing_or_wrong_is_said_and_no_other_target_is_chosen() {
     ];
     for (spoil, words, kept) in cases {
         let mut bench = bench(0.95);
-        assert_eq!(target(&mut bench, &ROOM, 0), Some(LEFT));
+        assert_eq!(target(&mut bench, &ROOM, 0), Some(LEFT_POSE));
         spoil(&mut bench);
         bench.iterate().expect("the iteration succeeds");
         let state = bench.exported::<Text<160>>("state").expect("a state");

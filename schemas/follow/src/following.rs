@@ -7,29 +7,29 @@ use jde_schema::types::{Person, Point2D, Pose2D};
 /// Distance from one point of a trail to the next, m.
 const STEP: f64 = 0.1;
 /// The most points of a trail: 25 m.
-const MOST: usize = 250;
+const MAX_TRAIL_POINTS: usize = 250;
 /// How long a person may be hidden and is not lost, s.
-const HIDDEN: f64 = 0.5;
+const MAX_HIDDEN_TIME: f64 = 0.5;
 /// The speed up to which a person stands, m/s.
-const STANDS: f64 = 0.2;
+const STANDING_SPEED: f64 = 0.2;
 /// How far beyond the distance to keep a person counts as near, m: who was not near before, and who was. For a person who
 /// stands, and for one who walks.
-const STANDING: [f64; 2] = [0.35, 0.5];
-const WALKING: [f64; 2] = [-0.2, 0.0];
+const STANDING_MARGIN: [f64; 2] = [0.35, 0.5];
+const WALKING_MARGIN: [f64; 2] = [-0.2, 0.0];
 /// The growth of the robot's speed with each metre that the person is too far away, 1/s, and its least speed, m/s.
 const PACE: f64 = 0.8;
-const SLOWEST: f64 = 0.3;
+const MIN_SPEED: f64 = 0.3;
 /// How far beyond the place where a lost person was last the robot goes on in the same direction, m.
-const BEYOND: f64 = 1.5;
+const SEARCH_DISTANCE: f64 = 1.5;
 /// How near the robot must have been to where a lost person was last before it goes on, m.
-const AT: f64 = 0.5;
+const ARRIVAL_DISTANCE: f64 = 0.5;
 /// Where a person may be who was not seen: so far from the last place, m, so much farther for each second, m/s, and at most
 /// so far, m.
-const SAME: [f64; 3] = [1.0, 1.0, 4.0];
+const SEARCH_RADIUS: [f64; 3] = [1.0, 1.0, 4.0];
 /// How long persons who may be the lost one are compared, s.
-const COMPARED: f64 = 0.5;
+const COMPARISON_TIME: f64 = 0.5;
 /// The angle to either side of straight ahead in which the robot chooses somebody, rad.
-const AHEAD: f64 = core::f64::consts::FRAC_PI_3;
+const CHOICE_ANGLE: f64 = core::f64::consts::FRAC_PI_3;
 
 /// What the robot keeps to.
 #[derive(Clone, Copy, Debug)]
@@ -151,7 +151,11 @@ impl Following {
         };
         let away = self.place().map_or(0.0, |place| distance(pose, &place));
         let is_near = |state: State| {
-            let [start, stay] = if self.speed() < STANDS { STANDING } else { WALKING };
+            let [start, stay] = if self.speed() < STANDING_SPEED {
+                STANDING_MARGIN
+            } else {
+                WALKING_MARGIN
+            };
             away < terms.distance
                 + if matches!(state, State::Near(_)) {
                     stay
@@ -161,7 +165,7 @@ impl Following {
         };
         self.state = match self.state {
             _ if self.searched > terms.patience => State::GaveUp,
-            _ if self.unseen > HIDDEN => State::Searches(self.unseen),
+            _ if self.unseen > MAX_HIDDEN_TIME => State::Searches(self.unseen),
             State::Near(stood) if terms.arrival > 0.0 && stood + own >= terms.arrival => State::Arrived,
             state if !is_near(state) => State::Follows(away),
             State::Near(stood) => State::Near(stood + own),
@@ -177,10 +181,10 @@ impl Following {
             person.id == self.id && person.unseen == 0.0 && self.may_be_at(&person.position, time)
         });
         let found = own.or_else(|| self.same(time, persons));
-        let was_lost = self.unseen > HIDDEN;
+        let was_lost = self.unseen > MAX_HIDDEN_TIME;
         let Some(person) = found else {
             self.unseen += time;
-            if self.unseen > HIDDEN && !was_lost {
+            if self.unseen > MAX_HIDDEN_TIME && !was_lost {
                 self.trail.extend(self.beyond());
             }
             return;
@@ -199,7 +203,9 @@ impl Following {
     fn lead_to(&mut self, there: Point2D) {
         let from = self.trail.back().copied();
         let steps = from.map_or(1.0, |from| {
-            (between(&there, &from) / STEP).floor().min(MOST as f64)
+            (between(&there, &from) / STEP)
+                .floor()
+                .min(MAX_TRAIL_POINTS as f64)
         });
         let from = from.unwrap_or(there);
         for step in 1..=steps as usize {
@@ -209,7 +215,7 @@ impl Following {
                 y: from.y + share * (there.y - from.y),
             });
         }
-        while self.trail.len() > MOST {
+        while self.trail.len() > MAX_TRAIL_POINTS {
             self.trail.pop_front();
         }
     }
@@ -217,7 +223,7 @@ impl Following {
     /// Returns somebody new who must be the lost person: the one that fits best after some time, since others may come
     /// into view before.
     fn same<'a>(&mut self, time: f64, persons: &'a [Person]) -> Option<&'a Person> {
-        let place = self.place.filter(|_| self.unseen > HIDDEN)?;
+        let place = self.place.filter(|_| self.unseen > MAX_HIDDEN_TIME)?;
         let (expected, reach) = (self.expected()?, self.reach(0.0));
         let misfit = |person: &&Person| {
             let [ahead, left] = [0, 1].map(|axis| person.velocity[axis] - self.velocity[axis]);
@@ -229,18 +235,18 @@ impl Following {
         });
         let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
         self.compared += time;
-        (self.compared >= COMPARED).then_some(best)
+        (self.compared >= COMPARISON_TIME).then_some(best)
     }
 
     /// How far from the last place the person may be in `time` s, m.
     fn reach(&self, time: f64) -> f64 {
-        let [near, growth, most] = SAME;
+        let [near, growth, most] = SEARCH_RADIUS;
         (near + growth * (self.unseen + time)).min(most)
     }
 
     /// Where the person is with the last velocity.
     fn expected(&self) -> Option<Point2D> {
-        let [_, growth, most] = SAME;
+        let [_, growth, most] = SEARCH_RADIUS;
         let (place, time) = (self.place?, self.unseen.min(most / growth));
         Some(Point2D {
             x: place.x + time * self.velocity[0],
@@ -257,7 +263,11 @@ impl Following {
     /// Where a person may be who is lost: on in the same direction.
     fn beyond(&self) -> Option<Point2D> {
         let (place, speed) = (self.place?, self.speed());
-        let scale = if speed > STANDS { BEYOND / speed } else { 0.0 };
+        let scale = if speed > STANDING_SPEED {
+            SEARCH_DISTANCE / speed
+        } else {
+            0.0
+        };
         Some(Point2D {
             x: place.x + scale * self.velocity[0],
             y: place.y + scale * self.velocity[1],
@@ -267,13 +277,16 @@ impl Following {
     /// Forgets what the robot has passed: all before the nearest point where the person was, and that one if the way leads
     /// on. Nobody was at the point of a search beyond the last place: it counts only once the robot is at that place.
     fn pass(&mut self, pose: &Pose2D) {
-        let seen = self.trail.len().saturating_sub(usize::from(self.unseen > HIDDEN));
+        let seen = self
+            .trail
+            .len()
+            .saturating_sub(usize::from(self.unseen > MAX_HIDDEN_TIME));
         let nearest = (0..seen)
             .min_by(|&a, &b| distance(pose, &self.trail[a]).total_cmp(&distance(pose, &self.trail[b])));
         let mut passed = nearest.unwrap_or(0);
         if let (Some(from), Some(to)) = (self.trail.get(passed), self.trail.get(passed + 1))
             && (pose.x - from.x) * (to.x - from.x) + (pose.y - from.y) * (to.y - from.y) > 0.0
-            && (passed + 1 < seen || distance(pose, from) < AT)
+            && (passed + 1 < seen || distance(pose, from) < ARRIVAL_DISTANCE)
         {
             passed += 1;
         }
@@ -288,9 +301,9 @@ impl Following {
     /// How fast the robot shall go, m/s: as the person, and faster if the person is farther away.
     pub(crate) fn pace(&self, terms: &Terms) -> f64 {
         match self.state {
-            State::Follows(away) => (self.speed() + PACE * (away - terms.distance)).max(SLOWEST),
-            State::Searches(_) => self.speed().max(SLOWEST) + PACE,
-            State::Nobody | State::Near(_) | State::Arrived | State::GaveUp => SLOWEST,
+            State::Follows(away) => (self.speed() + PACE * (away - terms.distance)).max(MIN_SPEED),
+            State::Searches(_) => self.speed().max(MIN_SPEED) + PACE,
+            State::Nobody | State::Near(_) | State::Arrived | State::GaveUp => MIN_SPEED,
         }
     }
 
@@ -320,7 +333,8 @@ fn chosen(terms: &Terms, pose: &Pose2D, persons: &[Person]) -> Option<Person> {
     let seen = persons.iter().filter(|person| person.unseen == 0.0);
     let fits = seen.filter(|person| {
         let target = Pose2D::new(person.position.x, person.position.y, 0.0);
-        let is_ahead = pose.bearing_to(&target).abs() < AHEAD && pose.distance_to(&target) < terms.choose;
+        let is_ahead =
+            pose.bearing_to(&target).abs() < CHOICE_ANGLE && pose.distance_to(&target) < terms.choose;
         if terms.id == 0 {
             is_ahead
         } else {

@@ -13,13 +13,13 @@ use following::{Following, State, Terms};
 /// A step of the pose beyond which it is a jump, and no motion, m.
 const JUMP: f64 = 1.0;
 /// Persons who are older than this are not seen.
-const OLD: Duration = Duration::from_millis(500);
+const MAX_AGE: Duration = Duration::from_millis(500);
 
-/// Leads the robot after a person, along the way that the person went.
+/// Leads the robot after a person, along the way of that person.
 ///
-/// It exports that way up to `distance` before the person, and wakes the schemas that drive along it. While the person is
-/// near, or the way is not free, the robot stands. A person who is lost is searched where the trail ends and beyond, and
-/// somebody new there is taken for the same. It is READY until it gives up.
+/// It exports the way up to `distance` before the person, and wakes the schemas that drive along it. While the person
+/// is near, or the way is not free, the robot stands. A lost person is searched for at the end of the trail and
+/// beyond, and a person who is new there is taken for the same. It is READY until it gives up.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Person {
@@ -32,7 +32,7 @@ pub struct Person {
     /// The number of the person to follow; 0 for the nearest one ahead.
     #[modulation(default = 0)]
     id: Modulation<u32>,
-    /// How near somebody must be to be chosen without a number.
+    /// Greatest distance at which a person is chosen without a number.
     #[modulation(default = 4.0, unit = "m", min = 0.1)]
     choose: Modulation<f64>,
     /// Distance to keep from the middle of the person to that of the robot.
@@ -44,10 +44,11 @@ pub struct Person {
     /// How long a lost person is searched.
     #[modulation(default = 20.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
-    /// How long the robot stands near the person until the mission is done; 0 for never.
+    /// Time for which the robot stands near the person until the mission is done; 0 for never.
     #[modulation(default = 0.0, unit = "s", min = 0.0, max = 3600.0)]
     arrival: Modulation<f64>,
-    /// What it does, in words, where the person was last and how far away that is. FAILED once it has given up.
+    /// The present activity in words, the last place of the person and the distance to it. FAILED once the person is
+    /// given up.
     #[export(lasting)]
     mission: Export<Mission>,
     /// The way to go, in the frame of the pose. Retracted while the robot stands.
@@ -57,7 +58,7 @@ pub struct Person {
     #[child(group = "base")]
     drive: Child,
     /// The greatest speed of that child: that of the person, and more while the person is farther away.
-    #[modulates(child = "drive", name = "fast", optional)]
+    #[modulates(child = "drive", name = "vx_max", optional)]
     fast: Modulates<f64>,
     following: Following,
     state: State,
@@ -119,7 +120,7 @@ impl Person {
         }
         let persons = self.persons.get(cx);
         let persons = persons.filter(|persons| {
-            let is_old = cx.now().saturating_sub(persons.time()) > OLD;
+            let is_old = cx.now().saturating_sub(persons.time()) > MAX_AGE;
             !is_old && self.jumped.is_none_or(|jumped| persons.time() > jumped)
         });
         let is_same = |persons: &Persons| persons.header.frame_id == odometry.header.frame_id;

@@ -6,7 +6,7 @@ use crate::{Person, State};
 
 /// The radius of a person, and how near a click must be, m.
 const RADIUS: f64 = 0.25;
-const NEAR: f64 = 1.0;
+const CLICK_RADIUS: f64 = 1.0;
 
 impl Panel for Person {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
@@ -27,7 +27,7 @@ impl Panel for Person {
                 area.robot(&pose);
             }
         });
-        pen.text("Click on a person whom the robot shall follow.");
+        pen.text("Click on a person to follow.");
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
@@ -36,7 +36,7 @@ impl Panel for Person {
         };
         let away = |person: &&jde_schema::types::Person| (person.position.x - x).hypot(person.position.y - y);
         let nearest = persons.persons.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-        if let Some(person) = nearest.filter(|person| away(person) < NEAR) {
+        if let Some(person) = nearest.filter(|person| away(person) < CLICK_RADIUS) {
             self.following.choose(person);
             self.state = State::Follows(0.0);
             info!(cx, "{} chooses person {}", gesture.by(), person.id);

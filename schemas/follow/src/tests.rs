@@ -168,7 +168,7 @@ fn it_goes_where_the_person_went_and_not_straight() {
 fn its_child_is_as_fast_as_the_person_and_faster_who_is_far_behind() {
     let mut robot = Robot::new(&[tracked(1, 1.3, 0.0)]);
     robot.step();
-    let fast = |robot: &Robot| robot.bench.modulated::<f64>("drive", "fast").expect("a speed");
+    let fast = |robot: &Robot| robot.bench.modulated::<f64>("drive", "vx_max").expect("a speed");
     assert!((fast(&robot) - 0.68).abs() < 0.01, "{}", fast(&robot));
     robot.persons[0].position.x = 2.0;
     robot.step();

@@ -1,7 +1,9 @@
 //! The guard of a footprint: no command takes effect after which the robot could not stop in time. It knows what
 //! the laser sees and has seen; it does not know what is below or above the laser.
 
-use jde_motion::{MAX_POINTS, Outline, ScanPoints, Surroundings};
+use jde_motion::{
+    BaseDynamics, MAX_POINTS, Momentum, Motors, OdometryHistory, Outline, ScanPoints, Surroundings,
+};
 use jde_schema::prelude::*;
 use jde_schema::types::{self, Point2D};
 
@@ -9,9 +11,9 @@ use crate::memory::Memory;
 
 /// Refuses commands after which the robot could not stop before it touches something.
 ///
-/// What the laser has not seen counts as occupied, so a robot does not back into the unknown. It is free where
-/// the robot stands, and in a circle around the place where it starts. A scan that measures nothing, a missing
-/// or old scan or pose, and a pose that is not finite leave the guard without a state, and every command is refused.
+/// A place that the laser has not seen counts as occupied, so a robot does not back into the unknown. The place of
+/// the robot is free, and so is a circle around the place where it starts. A scan without a measurement, a missing or
+/// old scan or pose, and a pose that is not finite leave the guard without a state, and every command is refused.
 /// With `slowdown` it limits a command to a part of its speed with which the robot can stop, if there is one.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "20ms")]
@@ -25,46 +27,59 @@ pub struct Footprint {
     /// The outline of the robot.
     #[modulation(default = types::Footprint::circle(0.25), fixed)]
     footprint: Modulation<types::Footprint>,
-    /// Where the laser is on the base, and which way its x points.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    /// The pose of the laser on the base.
+    #[modulation(default = Pose2D::ORIGIN, fixed, mount)]
     mount: Modulation<Pose2D>,
-    /// Distance to keep. What went out of sight is known to 3.5 cm, half the diagonal of a cell.
-    #[modulation(default = 0.05, unit = "m", min = 0.0, max = 1.0)]
+    /// Distance to keep, less than that of each schema that it judges, or both dispute the last centimetre. The place of an
+    /// obstacle that went out of sight is known to 3.5 cm, half the diagonal of a cell.
+    #[modulation(default = 0.05, unit = "m", min = 0.0, max = 1.0, margin)]
     margin: Modulation<f64>,
-    /// How long a command is in force before the next judgement of it takes effect: the periods of the guard and
-    /// of the driver, and the lag of the base.
+    /// Time for which a command is in force before the next judgement of it takes effect: the periods of the guard
+    /// and of the driver, and the dead time of the base.
     #[modulation(default = 0.15, unit = "s", min = 0.0, max = 10.0)]
     reaction: Modulation<f64>,
     /// Greatest growth of the speed of the base.
     #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
     acceleration: Modulation<f64>,
     /// Greatest decline of the speed of the base.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
+    #[modulation(default = 0.3, unit = "m/s2", min = 0.01, limit)]
     deceleration: Modulation<f64>,
     /// Greatest growth of the turn rate of the base.
     #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
     turn_acceleration: Modulation<f64>,
     /// Greatest decline of the turn rate of the base.
-    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
+    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01, limit)]
     turn_deceleration: Modulation<f64>,
-    /// How far points count: more than the base needs to stop.
+    /// Time constant by which the speeds of the base follow a command.
+    #[modulation(default = 0.0, unit = "s", min = 0.0, max = 2.0)]
+    lag: Modulation<f64>,
+    /// How the base follows its commands, from its driver. The numbers that it knows count instead of `acceleration`,
+    /// `deceleration`, `turn_acceleration`, `turn_deceleration` and `lag`.
+    #[import(optional)]
+    dynamics: Import<BaseDynamics>,
+    /// What the driver leads the base to at present. Without it, it is estimated from the odometry.
+    #[import(optional)]
+    setpoint: Import<Twist>,
+    /// Greatest range at which points count: more than the base needs to stop.
     #[modulation(default = 3.0, unit = "m", min = 0.5, max = 10.0, fixed)]
     reach: Modulation<f64>,
-    /// How old a scan and a pose may be.
+    /// Greatest age of a scan and of a pose. Above 1 s a scan is too old in any case.
     #[modulation(default = 0.5, unit = "s", min = 0.0, max = 3600.0)]
     stale: Modulation<f64>,
     /// The greatest part of its speed that a command loses before it is refused. With 0, it is refused as soon as the
     /// robot could not stop.
     #[modulation(default = 0.0, min = 0.0, max = 0.95)]
     slowdown: Modulation<f64>,
-    /// What it judges by.
+    /// The state by which it judges.
     #[export]
     surroundings: Export<Surroundings>,
     outline: Option<Outline>,
     memory: Option<Memory>,
+    history: OdometryHistory,
     scan_points: ScanPoints,
+    momentum: Momentum,
     /// Why it has no state.
-    lacks: Option<&'static str>,
+    lacks: Option<String>,
 }
 
 impl Schema for Footprint {
@@ -108,42 +123,71 @@ impl Footprint {
     ///
     /// # Errors
     /// What is missing.
-    fn observe(&mut self, cx: &Context) -> Result<(), &'static str> {
+    fn observe(&mut self, cx: &Context) -> Result<(), String> {
         let (Some(outline), Some(memory)) = (&self.outline, &mut self.memory) else {
-            return Err("not awake");
+            return Err("not awake".into());
         };
         let laser = self.laser.get(cx).ok_or("no scan")?;
         let odometry = self.pose.get(cx).ok_or("no pose")?;
         let stale = Duration::from_secs_f64(self.stale.get(cx));
         let is_stale = |time: Duration| cx.now().saturating_sub(time) > stale;
-        if is_stale(laser.time()) {
-            return Err("the scan is too old");
-        }
         if is_stale(odometry.time()) {
-            return Err("the pose is too old");
+            return Err("the pose is too old".into());
         }
         let (robot, mount) = (odometry.pose2d(), self.mount.get(cx));
         if !robot.theta.is_finite() {
-            return Err("the pose is not finite");
+            return Err("the pose is not finite".into());
         }
         let margin = self.margin.get(cx);
-        let sensor = robot.transform(&mount);
+        self.history.add(odometry.time(), &odometry);
+        let sweep = self.history.sweep(&laser, laser.time(), cx.now())?;
+        // A laser that turns slowly is not late: the next scan is a turn away from the newest beam.
+        if is_stale(sweep.ended()) {
+            return Err("the scan is too old".into());
+        }
         self.scan_points
-            .update(&laser, &mount)
+            .update(&laser, sweep.seen_from(&robot, &mount))
             .map_err(|_| "the laser measures nothing")?;
+        let sensor = sweep.middle().transform(&mount);
         memory
-            .observe(&robot, &sensor, &laser, (outline, margin), cx.now())
+            .observe(
+                &robot,
+                (outline, margin),
+                (laser.sequence(), laser.time()),
+                || (sensor, sweep.rays(&laser, &mount)),
+            )
             .map_err(|_| "the pose is not finite")?;
+        let stated = BaseDynamics {
+            acceleration: self.acceleration.get(cx),
+            deceleration: self.deceleration.get(cx),
+            turn_acceleration: self.turn_acceleration.get(cx),
+            turn_deceleration: self.turn_deceleration.get(cx),
+            lag: self.lag.get(cx),
+        };
+        let dynamics = match self.dynamics.get(cx) {
+            Some(known) => known.or(&stated),
+            None if self.dynamics.is_bound(cx) => return Err("the dynamics of the base are unknown".into()),
+            None => stated,
+        };
+        if let Err(error) = dynamics.check() {
+            let error = error.to_string();
+            if self.lacks.as_ref() != Some(&error) {
+                warn!(cx, "{error}");
+            }
+            return Err(error);
+        }
+        let setpoint = self.setpoint.get(cx);
+        let motors = Motors::new(dynamics, setpoint.map(|setpoint| (*setpoint, setpoint.age(cx))));
+        // Not by its header: that of ROS may have no time.
+        let moves = self.momentum.update(odometry.time(), &odometry.twist, &motors);
         let mut around = self.surroundings.loan(cx);
-        around.velocity = odometry.twist.twist;
+        around.velocity = moves.velocity;
         around.footprint = self.footprint.get(cx);
         around.margin = margin;
         around.reaction = self.reaction.get(cx);
         around.slowdown = self.slowdown.get(cx);
-        around.acceleration = self.acceleration.get(cx);
-        around.deceleration = self.deceleration.get(cx);
-        around.turn_acceleration = self.turn_acceleration.get(cx);
-        around.turn_deceleration = self.turn_deceleration.get(cx);
+        around.lead = moves.lead;
+        around.dynamics = dynamics;
         around.points.clear();
         let reach = self.reach.get(cx);
         let seen = self.scan_points.as_slice().iter().copied();
@@ -160,8 +204,8 @@ impl Footprint {
     }
 
     /// What the guard judges by; `None` if it refuses everything.
-    pub(crate) fn lacks(&self) -> Option<&'static str> {
-        self.lacks
+    pub(crate) fn lacks(&self) -> Option<&str> {
+        self.lacks.as_deref()
     }
 
     /// The points of the newest scan, in the frame of the base.

@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use jde_grid::{GeometryError, Ray, RollingGrid};
 use jde_motion::Outline;
-use jde_schema::types::{LaserScan, Point2D, Pose2D};
+use jde_schema::types::{Point2D, Pose2D};
 
 /// Side of a cell, m: about the error of a scanner and of the odometry over a few seconds.
 const RESOLUTION: f64 = 0.05;
@@ -16,7 +16,8 @@ const MAX_STEP: f64 = 1.0;
 pub(crate) struct Memory {
     grid: RollingGrid,
     reach: f64,
-    last: Option<Pose2D>,
+    /// The last pose, and the number of the last scan.
+    last: Option<(Pose2D, u64)>,
 }
 
 impl Memory {
@@ -31,28 +32,30 @@ impl Memory {
         })
     }
 
-    /// Adds a scan. What the robot stands on is free. When it is new here, a circle around it is free too, in
-    /// which it can turn with `margin` to spare.
-    pub(crate) fn observe(
+    /// Adds the scan with this number and time, once: where the sensor was, and its rays. What the robot stands on is free.
+    /// When it is new here, a circle around it is free too, in which it can turn with `margin` to spare.
+    pub(crate) fn observe<R: Iterator<Item = (Point2D, bool)>>(
         &mut self,
         robot: &Pose2D,
-        sensor: &Pose2D,
-        scan: &LaserScan,
         (outline, margin): (&Outline, f64),
-        now: Duration,
+        (number, time): (u64, Duration),
+        seen: impl FnOnce() -> (Pose2D, R),
     ) -> Result<(), GeometryError> {
         let at = (robot.x, robot.y);
-        if self.last.is_some_and(|last| last.distance_to(robot) > MAX_STEP) {
+        if (self.last.as_ref()).is_some_and(|(last, _)| last.distance_to(robot) > MAX_STEP) {
             *self = Self::new(self.reach)?;
         }
         self.grid.follow(at)?;
-        let rays = scan.rays(sensor).map(|(end, hit)| Ray {
-            end: (end.x, end.y),
-            hit,
-        });
-        self.grid.observe((sensor.x, sensor.y), rays, now);
-        let is_new = self.last.replace(*robot).is_none();
-        if is_new {
+        let last = self.last.replace((*robot, number));
+        if last.is_none_or(|(_, last)| last != number) {
+            let (sensor, rays) = seen();
+            let rays = rays.map(|(end, hit)| Ray {
+                end: (end.x, end.y),
+                hit,
+            });
+            self.grid.observe((sensor.x, sensor.y), rays, time);
+        }
+        if last.is_none() {
             // Cells whose edge is nearer than their center count as occupied by their center.
             let radius = outline.reach() + margin + 2.0 * RESOLUTION;
             self.grid
@@ -66,15 +69,17 @@ impl Memory {
     }
 
     /// Returns the boundary of what is known to be free, in the frame of the base, as far as it is in reach.
-    pub(crate) fn boundary(&self, robot: &Pose2D) -> impl Iterator<Item = Point2D> + '_ {
-        let robot = *robot;
-        let at = (robot.x, robot.y);
-        self.grid.boundary(at, self.reach).filter_map(move |(x, y)| {
-            let local = robot.localize(&Pose2D::new(x, y, 0.0));
-            (local.x.hypot(local.y) <= self.reach).then_some(Point2D {
-                x: local.x,
-                y: local.y,
-            })
-        })
+    pub(crate) fn boundary(&self, robot: &Pose2D) -> impl Iterator<Item = Point2D> + use<> {
+        let (at, reach) = ((robot.x, robot.y), self.reach);
+        let (sin, cos) = robot.theta.sin_cos();
+        let local = move |(x, y)| {
+            let (dx, dy) = (x - at.0, y - at.1);
+            Point2D {
+                x: cos * dx + sin * dy,
+                y: cos * dy - sin * dx,
+            }
+        };
+        let boundary = self.grid.boundary(at, reach).into_iter().map(local);
+        boundary.filter(move |point| point.x.hypot(point.y) <= reach)
     }
 }

@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use jde_motion::Surroundings;
+use jde_motion::{BaseDynamics, Surroundings};
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 use proptest::prelude::*;
@@ -38,6 +38,7 @@ fn odometry(pose: Pose2D, speed: f64) -> Odometry {
 /// A guard that has seen this scan from `pose`.
 fn guard(scan: &LaserScan, pose: Pose2D, speed: f64) -> Bench<Footprint> {
     let mut bench = Bench::new();
+    bench.unbind("dynamics");
     bench.awake().expect("it wakes");
     observe(&mut bench, scan, pose, speed);
     bench
@@ -68,6 +69,32 @@ fn a_speed_is_accepted_if_the_robot_can_stop_before_the_wall() {
 }
 
 #[test]
+fn a_scan_that_is_not_of_now_moves_with_the_base_and_one_of_another_clock_is_refused() {
+    let mut bench = guard(&wall_ahead(1.0), Pose2D::ORIGIN, 0.5);
+    bench.set_now(Duration::from_millis(400));
+    bench.import("pose", &odometry(Pose2D::new(0.2, 0.0, 0.0), 0.5));
+    bench.iterate().expect("it iterates");
+    let state = bench.exported::<Surroundings>("surroundings").expect("a state");
+    let ahead = state
+        .points
+        .iter()
+        .filter(|point| point.y.abs() < 0.1 && point.x > 0.4);
+    let nearest = ahead.map(|point| point.x).fold(f64::INFINITY, f64::min);
+    assert!((nearest - 0.8).abs() < 0.03, "{nearest} m");
+    bench.set_now(Duration::from_secs(60));
+    bench.import("laser", &wall_ahead(1.0));
+    bench.set_now(Duration::from_secs(1));
+    bench.import("pose", &odometry(Pose2D::new(0.5, 0.0, 0.0), 0.5));
+    bench.iterate().expect("it iterates");
+    assert_eq!(bench.exported::<Surroundings>("surroundings"), None);
+    let words = bench.schema().lacks().expect("words");
+    assert!(
+        words.starts_with("the scans are stamped 59.0 s ahead of the clock"),
+        "{words}"
+    );
+}
+
+#[test]
 fn a_robot_backs_only_to_where_it_came_from() {
     // At 0.3 m/s it needs 0.2 m to stop.
     let mut bench = guard(&wall_ahead(6.0), Pose2D::ORIGIN, -0.3);
@@ -92,6 +119,64 @@ fn what_went_out_of_sight_still_counts() {
     };
     assert!(after_a_half_turn(0.6).is_err());
     assert_eq!(after_a_half_turn(3.0), Ok(()));
+}
+
+#[test]
+fn what_the_driver_knows_of_the_base_counts_and_as_long_as_that_is_missing_nothing_is_accepted() {
+    let mut bench = Bench::<Footprint>::new();
+    bench.awake().expect("it wakes");
+    observe(&mut bench, &wall_ahead(1.0), Pose2D::ORIGIN, 0.4);
+    assert!(bench.exported::<Surroundings>("surroundings").is_none());
+    let mut accepts = |deceleration, lag| {
+        let dynamics = BaseDynamics {
+            deceleration,
+            lag,
+            ..BaseDynamics::default()
+        };
+        bench.import("dynamics", &dynamics);
+        observe(&mut bench, &wall_ahead(1.0), Pose2D::ORIGIN, 0.4);
+        judge(&bench, 0.5, 0.0).is_ok()
+    };
+    // 0.75 m from the hull. It needs 0.07 m of reaction, 0.42 m to stop, and as much as it moves in its lag.
+    assert!(accepts(0.0, 0.0), "nothing is known");
+    assert!(accepts(0.0, 0.2) && !accepts(0.0, 0.8));
+    assert!(accepts(2.0, 0.8) && !accepts(0.15, 0.0));
+}
+
+#[test]
+fn an_odometry_without_a_stamp_counts_at_the_time_at_which_it_came() {
+    let mut bench = guard(&wall_ahead(3.0), Pose2D::ORIGIN, 0.0);
+    bench.set("lag", 0.2);
+    for step in 1..50 {
+        bench.set_now(Duration::from_millis(20 * step));
+        observe(&mut bench, &wall_ahead(3.0), Pose2D::ORIGIN, 0.4);
+    }
+    let state = bench.exported::<Surroundings>("surroundings").expect("a state");
+    assert!(
+        (state.velocity.linear.x - 0.4).abs() < 0.01,
+        "{:?}",
+        state.velocity
+    );
+}
+
+#[test]
+fn dynamics_that_are_not_valid_leave_it_without_a_state_and_it_names_the_number_once() {
+    let mut bench = Bench::<Footprint>::new();
+    let dynamics = BaseDynamics {
+        deceleration: -1.0,
+        ..BaseDynamics::default()
+    };
+    bench.import("dynamics", &dynamics);
+    bench.awake().expect("it wakes");
+    for _ in 0..3 {
+        observe(&mut bench, &wall_ahead(1.0), Pose2D::ORIGIN, 0.0);
+        assert!(bench.exported::<Surroundings>("surroundings").is_none());
+    }
+    let said = bench
+        .log()
+        .iter()
+        .filter(|(_, text)| text.contains("the deceleration of the base is -1"));
+    assert_eq!(said.count(), 1);
 }
 
 #[test]
@@ -152,6 +237,7 @@ fn a_stop_is_accepted_whatever_is_near() {
 #[test]
 fn a_command_is_slowed_down_to_what_lets_the_robot_stop() {
     let mut bench = Bench::<Footprint>::new();
+    bench.unbind("dynamics");
     bench.set("slowdown", 0.8);
     bench.awake().expect("it wakes");
     observe(&mut bench, &wall_ahead(0.65), Pose2D::ORIGIN, 0.4);

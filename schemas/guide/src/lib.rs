@@ -1,4 +1,4 @@
-//! The father of a guide: a robot that maps a building, patrols its rooms, follows who waves, leads to rooms, and docks when
+//! The father of a guide: a robot that maps a building, patrols its rooms, follows a person who waves, leads to rooms, and docks when
 //! its battery is low. It wakes a child for each task while the task is due, and says why one precedes another. It commands no
 //! actuator itself.
 
@@ -19,22 +19,22 @@ use task::{Task, outcome};
 use wave::Wave;
 
 /// The most time between a picture and the odometry that the velocity bridges, s.
-const BRIDGED: f64 = 0.5;
+const MAX_EXTRAPOLATION: f64 = 0.5;
 
 pub use rooms::{Room, Rooms};
 
-/// Leads a robot through five tasks, each of which is a child: the earlier one precedes.
+/// Leads a robot through five tasks, each of which is a child. A task has priority over those below it:
 ///
 /// | task | child | due |
 /// |---|---|---|
-/// | dock | `approach`, then `dock` | from a charge below `low` until one of `high` |
+/// | dock | `approach`, then `dock` | from a charge below `low` until a charge of `high` |
 /// | lead | `lead` | from a request for a room until the robot is there |
 /// | follow | `follow` | from a wave until its mission ends, or until that person waves again |
 /// | map | `map` | until the map is closed |
 /// | patrol | `patrol` | always |
 ///
-/// A task is left out whose child is not bound. A child that is bound needs the import of its mission. At the dock no other
-/// child is awake. A task that another one interrupts stays due.
+/// A task whose child is not bound is left out. A child that is bound needs the import of its mission. At the dock no
+/// other child is awake. A task that is interrupted stays due.
 #[derive(Describe)]
 #[schema(motor, period = "200ms", budget = "20ms")]
 pub struct Guide {
@@ -50,19 +50,19 @@ pub struct Guide {
     /// The pose of the robot in the frame of the persons.
     #[import(optional)]
     odometry: Import<Odometry>,
-    /// What has become of the drive to `station`: the mission of `approach`.
+    /// The outcome of the drive to `station`: the mission of `approach`.
     #[import(optional)]
     approached: Import<Mission>,
-    /// What has become of docking: the mission of `dock`.
+    /// The outcome of docking: the mission of `dock`.
     #[import(optional)]
     docked: Import<Mission>,
-    /// What has become of leading: the mission of `lead`.
+    /// The outcome of leading: the mission of `lead`.
     #[import(optional)]
     led: Import<Mission>,
-    /// What has become of following: the mission of `follow`.
+    /// The outcome of following: the mission of `follow`.
     #[import(optional)]
     followed: Import<Mission>,
-    /// What has become of the exploration.
+    /// The outcome of the exploration.
     #[import(optional)]
     explored: Import<Mission>,
     /// The mission of `patrol`, whose `reached` counts the rooms.
@@ -71,8 +71,8 @@ pub struct Guide {
     /// The rooms, in the frame of the map, in the order of a patrol.
     #[modulation(default = Rooms { rooms: Seq::new() })]
     rooms: Modulation<Rooms>,
-    /// The name of a room. The application asks for the room that its file states, and each write for another one; an empty
-    /// name ends leading.
+    /// The name of a room. The name in the application's file is a request for that room, and so is each later write;
+    /// an empty name ends leading.
     #[modulation(default = "")]
     room: Modulation<Text<28>>,
     /// The places through which it comes to the dock, one after another, in the frame of the map. On the way to the last one it
@@ -82,21 +82,21 @@ pub struct Guide {
     /// Share of the charge below which it docks; less than `high`.
     #[modulation(default = 0.25, min = 0.0, max = 1.0)]
     low: Modulation<f64>,
-    /// Share of the charge from which on it leaves the dock.
+    /// Share of the charge at which it leaves the dock.
     #[modulation(default = 0.9, min = 0.0, max = 1.0)]
     high: Modulation<f64>,
     /// The number of the colour by which people wave, among those of the blobs.
     #[modulation(default = 0)]
     color: Modulation<u32>,
-    /// How far beside the colour a person may be who waves with it.
+    /// How far beside the colour the waving person may be.
     #[modulation(default = 0.3, unit = "rad", min = 0.0, max = 3.2)]
     beside: Modulation<f64>,
     /// How long a child that docks or follows may be awake without being READY, and the robot at the dock without being
-    /// charged. Then it drives to the station anew, or follows no more.
+    /// charged. Then it drives to the station again, or stops following.
     #[modulation(default = 10.0, unit = "s", min = 0.5, max = 3600.0)]
     patience: Modulation<f64>,
-    /// How many times each task must be done until the mission is done; 0 for no end. The patrol is done once when it has
-    /// reached as many rooms as there are.
+    /// Number of times that each task must be done until the mission is done; 0 for no end. The patrol is done once
+    /// when it has reached as many rooms as there are.
     #[modulation(default = 0)]
     rounds: Modulation<u32>,
     /// Where `approach` drives; none while it is not due.
@@ -105,7 +105,7 @@ pub struct Guide {
     /// Where `lead` drives; none while it is not due.
     #[export(lasting)]
     room_target: Export<Target>,
-    /// How many tasks were done, and what it does.
+    /// The number of tasks that were done, and the present one.
     #[export(lasting)]
     mission: Export<Mission>,
     /// The tasks that are due, each with its reason, the first one first.
@@ -333,7 +333,10 @@ impl Guide {
         };
         // Where the robot was when the picture was taken.
         let since = blobs.time().as_secs_f64() - odometry.time().as_secs_f64();
-        let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        let motion = arc(
+            &odometry.twist.twist,
+            since.clamp(-MAX_EXTRAPOLATION, MAX_EXTRAPOLATION),
+        );
         let robot = odometry.pose2d().transform(&motion);
         let persons = persons.persons.as_slice();
         let beside = self.beside.get(cx);

@@ -10,7 +10,7 @@ const LULL: Duration = Duration::from_millis(1500);
 /// Time after a wave in which no other one counts: the robot turns, and the colour leaves the picture and returns.
 const PAUSE: Duration = Duration::from_secs(8);
 /// How far a person may be from where the one who is followed was last, to be the same, m.
-const SAME: f64 = 1.0;
+const SAME_PERSON_DISTANCE: f64 = 1.0;
 
 /// The colour by which people wave, over time.
 #[derive(Debug, Default)]
@@ -56,7 +56,11 @@ pub(crate) fn find(bearing: f64, beside: f64, robot: &Pose2D, persons: &[Person]
 
 /// Returns the number of the person at `target`, where the one who is followed was last.
 pub(crate) fn at(target: &Pose2D, persons: &[Person]) -> Option<u32> {
-    least(persons, |person| place(person).distance_to(target), SAME)
+    least(
+        persons,
+        |person| place(person).distance_to(target),
+        SAME_PERSON_DISTANCE,
+    )
 }
 
 fn place(person: &Person) -> Pose2D {

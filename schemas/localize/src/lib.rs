@@ -3,6 +3,7 @@
 mod mcl;
 mod memory;
 mod panel;
+mod ports;
 mod tags;
 
 pub use mcl::Mcl;

@@ -4,12 +4,12 @@ use jde_schema::prelude::*;
 
 use super::Mcl;
 
-/// Most points for the occupied cells. Of more, only every so many are drawn.
+/// Most points for the occupied cells. Of more points, an even selection is drawn.
 const MOST_CELLS: usize = 20_000;
 /// Most points for the particles.
 const MOST_PARTICLES: usize = 1000;
 /// How far from a click the robot is searched, m.
-const CLICKED: f64 = 1.0;
+const SEARCH_RADIUS: f64 = 1.0;
 
 impl Panel for Mcl {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
@@ -46,7 +46,7 @@ impl Panel for Mcl {
             return Ok(());
         };
         if let Some([x, y, _]) = gesture.clicked("map") {
-            localizer.start_around((x, y), CLICKED);
+            localizer.start_around((x, y), SEARCH_RADIUS);
             self.known = None;
             info!(cx, "{by} says that the robot is at {x:.2}, {y:.2}");
         } else if gesture.pressed("anywhere") {

@@ -67,10 +67,7 @@ fn load(file: &str) -> Result<MapFile> {
     if file.is_empty() {
         return Err("`file` names no map: give the YAML file of a ROS map".into());
     }
-    let map = MapFile::load(FilePath::new(file)).map_err(|faults| {
-        let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
-        lines.join("\n")
-    })?;
+    let map = MapFile::load(FilePath::new(file)).map_err(|faults| format!("{faults:#}"))?;
     if map.cells.len() > MAX_CELLS {
         return Err(format!(
             "the map `{file}` has {} x {} cells: expected at most {MAX_CELLS} in all; export it with larger cells",

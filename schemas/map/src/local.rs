@@ -1,13 +1,13 @@
-//! The schema of the map around the robot. It reads scans as of the newest pose, and so requires a pose that
-//! is as new as the scan.
+//! The schema of the map around the robot. Each scan is added once, from where the robot was when it was taken.
 
 use jde_grid::{MAX_CELLS, Ray, RollingGrid};
+use jde_motion::OdometryHistory;
 use jde_schema::prelude::*;
 use jde_schema::types::Point2D;
 
 /// Exports a square map around the robot, from the scans of its laser.
 ///
-/// Rays make cells free and their ends make cells occupied; what no ray touches becomes unknown again. The
+/// Rays make cells free and their ends make cells occupied; a cell that no ray touches becomes unknown again. The
 /// axes are those of the pose's frame. The map moves with the robot in steps of a quarter of its side.
 #[derive(Describe)]
 #[schema(perceptive, period = "200ms", budget = "50ms")]
@@ -18,14 +18,14 @@ pub struct Local {
     /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// A place around which what is occupied becomes unknown, in the frame of the pose; once for each value.
+    /// A place around which occupied cells become unknown, in the frame of the pose; once for each value.
     #[import(optional)]
     clear: Import<Point2D>,
     /// How far around that place.
     #[modulation(default = 1.0, unit = "m", min = 0.0, max = 100.0)]
     clear_radius: Modulation<f64>,
-    /// Where the laser is on the base, and which way its x points.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    /// The pose of the laser on the base.
+    #[modulation(default = Pose2D::ORIGIN, fixed, mount)]
     mount: Modulation<Pose2D>,
     /// Side of the map.
     #[modulation(default = 12.0, unit = "m", min = 1.0, max = 500.0, fixed)]
@@ -33,13 +33,16 @@ pub struct Local {
     /// Side of a cell. The map has at most 4096 × 4096 of them.
     #[modulation(default = 0.05, unit = "m", min = 0.01, max = 1.0, fixed)]
     resolution: Modulation<f64>,
-    /// How long a cell is known after the last ray through it.
+    /// Time for which a cell is known after the last ray through it.
     #[modulation(default = 30.0, unit = "s", min = 0.0, max = 86400.0)]
     age: Modulation<f64>,
     /// The map.
     #[export]
     map: Export<OccupancyGrid>,
     grid: Option<RollingGrid>,
+    history: OdometryHistory,
+    /// Whether the times of scans say nothing, which the log says once.
+    is_untimely: bool,
     /// The number of the last scan that was added.
     scan: Option<u64>,
     /// The number of the last value of `clear`.
@@ -80,13 +83,26 @@ impl Schema for Local {
         {
             grid.clear((place.x, place.y), self.clear_radius.get(cx));
         }
+        self.history.add(pose.time(), &pose);
+        let sweep = match self.history.sweep(&laser, laser.time(), cx.now()) {
+            Ok(sweep) => sweep,
+            Err(words) => {
+                if !core::mem::replace(&mut self.is_untimely, true) {
+                    warn!(cx, "no map: {words}");
+                }
+                self.map.retract(cx);
+                return Ok(());
+            }
+        };
+        self.is_untimely = false;
         if self.scan.replace(laser.sequence()) != Some(laser.sequence()) {
-            let sensor = robot.transform(&self.mount.get(cx));
-            let rays = laser.rays(&sensor).map(|(end, hit)| Ray {
+            let mount = self.mount.get(cx);
+            let sensor = sweep.middle().transform(&mount);
+            let rays = sweep.rays(&laser, &mount).map(|(end, hit)| Ray {
                 end: (end.x, end.y),
                 hit,
             });
-            grid.observe((sensor.x, sensor.y), rays, cx.now());
+            grid.observe((sensor.x, sensor.y), rays, laser.time());
         }
         let mut map = self.map.loan(cx);
         map.header = Header {

@@ -100,6 +100,32 @@ fn a_request_clears_what_is_occupied_around_a_place_once() {
 }
 
 #[test]
+fn a_scan_is_of_its_own_time_however_far_the_robot_has_gone_since() {
+    let drive = |x: f64| {
+        Odometry::planar(
+            Time::default(),
+            Pose2D::new(x, 0.05, 0.0),
+            Twist::planar(0.5, 0.0),
+        )
+    };
+    let mut bench = bench([1.0, NAN, NAN, NAN], Pose2D::ORIGIN);
+    bench.import("pose", &drive(0.05));
+    for (now, x) in [(200, 0.15), (400, 0.25)] {
+        bench.set_now(Duration::from_millis(now));
+        bench.import("pose", &drive(x));
+        bench.iterate().expect("the iteration succeeds");
+        assert_eq!(at(&bench, 1.05, 0.05), Some(100), "after {now} ms");
+        assert_eq!(at(&bench, 1.25, 0.05), Some(-1), "after {now} ms");
+    }
+    bench.set_now(Duration::from_secs(3));
+    bench.import("pose", &drive(1.5));
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(at(&bench, 1.05, 0.05), None, "nobody knows what is there now");
+    let (_, words) = bench.log().last().expect("a warning");
+    assert_eq!(words, "no map: the scans are 3.0 s old");
+}
+
+#[test]
 fn without_a_scan_or_a_pose_there_is_no_map() {
     let mut bench = bench([1.0; 4], Pose2D::ORIGIN);
     bench.iterate().expect("the iteration succeeds");
@@ -204,7 +230,7 @@ fn files_that_are_no_map_are_refused() {
     let (_folder, large) = map_file(4100, &vec![254; 4100 * 4100]);
     for (file, words) in [
         ("", "`file` names no map"),
-        ("/nowhere/map.yaml", "cannot read the map"),
+        ("/nowhere/map.yaml", "/nowhere/map.yaml: there is no such file"),
         (large.as_str(), "has 4100 x 4100 cells: expected at most 16777216"),
     ] {
         let error = file_bench(file).awake().expect_err("refused").to_string();

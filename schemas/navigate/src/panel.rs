@@ -5,7 +5,7 @@ use jde_schema::prelude::*;
 
 use super::Navigate;
 
-/// Most points for the occupied cells. Of more, only every so many are drawn.
+/// Most points for the occupied cells. Of more points, an even selection is drawn.
 const MOST_CELLS: usize = 20_000;
 
 impl Panel for Navigate {

@@ -3,21 +3,19 @@
 
 mod panel;
 
-use jde_motion::{arc, is_jump};
+use jde_motion::{OdometryHistory, is_jump};
 use jde_people::{DetectorSettings, Tracker, TrackerSettings};
 use jde_schema::prelude::*;
 use jde_schema::types::{Person, Persons, Point2D};
 
-/// The most time between a scan and the odometry that the velocity bridges, s.
-const BRIDGED: f64 = 0.5;
 /// After this time without a usable scan the persons are not exported.
-const SILENT: Duration = Duration::from_millis(500);
+const SILENCE_TIME: Duration = Duration::from_millis(500);
 
-/// Exports the persons whose legs a laser sees: where they are, how they move, and a number for each.
+/// Exports the persons whose legs a laser sees: their places, their velocities, and a number for each.
 ///
-/// The laser must be between the ankles and the knees, and the frame is that of the odometry. Somebody is a person once
-/// the legs have moved, stays one who stands, and keeps the number while hidden for `patience`. The persons are
-/// retracted while there is no usable scan or odometry.
+/// The laser must be between the ankles and the knees, and the frame is that of the odometry. Somebody is a person
+/// once the legs have moved, remains a person while standing, and keeps the number while hidden for `patience`. The
+/// persons are retracted while there is no usable scan or odometry.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "20ms")]
 pub struct People {
@@ -27,8 +25,8 @@ pub struct People {
     /// The pose and velocity by the odometry.
     #[import]
     odometry: Import<Odometry>,
-    /// Where the laser is on the base, and which way its x points.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    /// The pose of the laser on the base.
+    #[modulation(default = Pose2D::ORIGIN, fixed, mount)]
     mount: Modulation<Pose2D>,
     /// How far away persons are searched.
     #[modulation(default = 10.0, unit = "m", min = 0.5, max = 30.0)]
@@ -36,35 +34,36 @@ pub struct People {
     /// The fewest beams that end at a leg.
     #[modulation(default = 2, min = 2, max = 100)]
     hits: Modulation<u32>,
-    /// Least probability that a segment of the scan is the leg of somebody who appears.
+    /// Least probability that a segment of the scan is the leg of a new person.
     #[modulation(default = 0.5, min = 0.0, max = 1.0)]
     appears: Modulation<f64>,
-    /// Least average probability that what is seen of a person is a leg.
+    /// Least average probability that the segments of a person are legs.
     #[modulation(default = 0.25, min = 0.0, max = 1.0)]
     confidence: Modulation<f64>,
-    /// How long somebody must move to be a person.
+    /// Time for which somebody must move to be a person.
     #[modulation(default = 0.5, unit = "s", min = 0.0, max = 60.0)]
     confirm: Modulation<f64>,
-    /// How far both legs must move within 2 s for somebody to be a person. With 0, who has never moved is one, and so is
-    /// furniture that looks like legs.
+    /// How far both legs must move within 2 s for somebody to be a person. With 0, people who have never moved are persons,
+    /// and so is furniture that looks like legs.
     #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
     moved: Modulation<f64>,
-    /// How long a person who is hidden keeps the number, and all persons without a usable scan.
+    /// Time for which a hidden person keeps the number, as do all persons without a usable scan.
     #[modulation(default = 3.0, unit = "s", min = 0.0, max = 60.0)]
     patience: Modulation<f64>,
-    /// How long a person is kept where the laser sees nobody.
+    /// Time for which a person is kept where the laser sees an empty place.
     #[modulation(default = 1.0, unit = "s", min = 0.0, max = 60.0)]
     absence: Modulation<f64>,
-    /// How readily people change their velocity, as the growth of its variance.
+    /// The growth of the variance of a person's velocity: larger for people who change it readily.
     #[modulation(default = 0.02, unit = "m2/s3", min = 0.0001, max = 10.0)]
     acceleration: Modulation<f64>,
-    /// A step of the odometry beyond which it is a jump, and no motion. A turn by more than 90 degrees is one, too.
+    /// Least step of the odometry that is a jump and no motion. A turn by more than 90 degrees is a jump too.
     #[modulation(default = 1.0, unit = "m", min = 0.1)]
     jump: Modulation<f64>,
     /// The persons, in the frame of the odometry.
     #[export(validity = "1s")]
     persons: Export<Persons>,
     tracker: Tracker,
+    history: OdometryHistory,
     /// Sequence number of the last scan.
     scan_number: u64,
     /// When the last usable scan was.
@@ -72,7 +71,7 @@ pub struct People {
     /// The last pose of the odometry.
     last: Option<Pose2D>,
     /// Why there are no persons.
-    trouble: Option<&'static str>,
+    trouble: Option<String>,
 }
 
 impl Schema for People {
@@ -101,7 +100,7 @@ impl People {
     ///
     /// # Errors
     /// Why there are none.
-    fn track(&mut self, cx: &Context) -> Result<(), &'static str> {
+    fn track(&mut self, cx: &Context) -> Result<(), String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
@@ -112,13 +111,12 @@ impl People {
             self.tracker.forget();
             self.persons.retract(cx);
         }
+        self.history.add(odometry.time(), &odometry);
         let laser = self.laser.get(cx);
         if let Some(laser) = &laser
             && core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence()
         {
-            // Where the base was at the time of the scan.
-            let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
-            let base = measured.transform(&arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED)));
+            let base = self.history.base("scans", laser.time(), cx.now())?;
             let sensor = base.transform(&self.mount.get(cx));
             let (settings, time) = (self.settings(cx), laser.time().as_secs_f64());
             if self.tracker.step(&settings, time, &sensor, laser).is_ok() {
@@ -140,8 +138,8 @@ impl People {
         if silent > patience {
             self.tracker.forget();
         }
-        if laser.is_none() || silent > SILENT.min(patience) {
-            return Err("no scan that can be used");
+        if laser.is_none() || silent > SILENCE_TIME.min(patience) {
+            return Err("no scan that can be used".into());
         }
         Ok(())
     }

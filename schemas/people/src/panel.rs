@@ -9,7 +9,7 @@ const RADIUS: f64 = 0.25;
 
 impl Panel for People {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
-        if let Some(trouble) = self.trouble {
+        if let Some(trouble) = &self.trouble {
             pen.text(format!("No persons: {trouble}"));
             return;
         }

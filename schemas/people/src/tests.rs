@@ -2,12 +2,13 @@
 
 use core::f64::consts::TAU;
 
+use jde_motion::arc;
 use jde_schema::bench::Bench;
 
 use super::*;
 
 /// The sides of the room from the middle, m.
-const HALF: f64 = 5.0;
+const HALF_SIDE: f64 = 5.0;
 const BEAMS: usize = 720;
 
 /// A robot in a room before somebody who walks across.
@@ -56,7 +57,7 @@ impl Robot {
         let legs = [[x - 0.1, y + swing], [x + 0.1, y - swing]];
         for beam in 0..BEAMS {
             let (sin, cos) = (sensor.theta + scan.angle(beam)).sin_cos();
-            let wall = |at: f64, way: f64| (HALF.copysign(way) - at) / way;
+            let wall = |at: f64, way: f64| (HALF_SIDE.copysign(way) - at) / way;
             let walls = wall(sensor.x, cos).min(wall(sensor.y, sin));
             let leg = |[x, y]: &[f64; 2]| {
                 let (x, y) = (x - sensor.x, y - sensor.y);

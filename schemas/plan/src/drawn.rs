@@ -5,7 +5,7 @@ use jde_grid::{Drawing, Lanes as DrawnLanes};
 use jde_schema::types::{Lanes, Part, Point2D, Seq, Strip, TooLong, Zone, Zones};
 
 /// The farthest point from the origin, in metres, as for the origin of a map.
-const FARTHEST: f64 = 1e6;
+const MAX_COORDINATE: f64 = 1e6;
 
 /// Why a keep-out zone or a lane is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -23,7 +23,7 @@ pub(crate) enum DrawnError {
         least: usize,
     },
     /// A point is on no map.
-    #[error("{what} {number} has a point at ({x}, {y}) m: expected numbers up to {FARTHEST} m")]
+    #[error("{what} {number} has a point at ({x}, {y}) m: expected numbers up to {MAX_COORDINATE} m")]
     Far {
         /// "keep-out zone" or "lane".
         what: &'static str,
@@ -43,7 +43,7 @@ pub(crate) enum DrawnError {
         most: usize,
     },
     /// The width of a lane is none.
-    #[error("lane {number} is {width} m wide: expected more than 0, up to {FARTHEST} m")]
+    #[error("lane {number} is {width} m wide: expected more than 0, up to {MAX_COORDINATE} m")]
     Width {
         /// Its number, from 1 on.
         number: usize,
@@ -102,7 +102,7 @@ impl Drawn {
 
     /// Adds a point to what is being drawn. Returns whether there is room for it.
     pub(crate) fn add_point(&mut self, x: f64, y: f64) -> bool {
-        x.abs().max(y.abs()) <= FARTHEST && self.points.corners.push(Point2D { x, y }).is_ok()
+        x.abs().max(y.abs()) <= MAX_COORDINATE && self.points.corners.push(Point2D { x, y }).is_ok()
     }
 
     /// Makes a zone of the points, and returns it; `None` if they are too few, or there is no room for it beside
@@ -168,7 +168,7 @@ pub(crate) fn check_lanes(lanes: &Lanes) -> Result<(), DrawnError> {
     for (index, &Strip { width, ref points }) in lanes.lanes.iter().enumerate() {
         let number = index + 1;
         check(("lane", number), points, 2)?;
-        if width <= 0.0 || width > FARTHEST {
+        if width <= 0.0 || width > MAX_COORDINATE {
             return Err(DrawnError::Width { number, width });
         }
     }
@@ -184,7 +184,7 @@ fn check((what, number): (&'static str, usize), points: &[Point2D], least: usize
             least,
         });
     }
-    let is_far = |point: &&Point2D| point.x.abs().max(point.y.abs()) > FARTHEST;
+    let is_far = |point: &&Point2D| point.x.abs().max(point.y.abs()) > MAX_COORDINATE;
     match points.iter().find(is_far) {
         Some(&Point2D { x, y }) => Err(DrawnError::Far { what, number, x, y }),
         None => Ok(()),

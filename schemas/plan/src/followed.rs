@@ -1,5 +1,7 @@
-//! The costs of a map and of what is drawn on it, which follow both: changed cells are repaired, a map of another
-//! place or size begins anew. It plans nothing.
+//! The costs of a map, of obstacles over it and of what is drawn on both, which follow all three: changed cells are
+//! repaired, a map of another place or size begins anew. It plans nothing.
+
+use std::collections::BTreeSet;
 
 use jde_grid::{
     Cell, Costmap, Drawing, Geometry, GeometryError, Inflation, InflationError, Layers, Occupancy,
@@ -20,8 +22,13 @@ pub(crate) enum MapError {
 
 /// The costs of the newest map and drawing.
 pub(crate) struct Followed {
+    /// The map.
+    known: Grid,
+    /// The cells of obstacles that the map does not have.
+    over: BTreeSet<Cell>,
+    /// The map with those obstacles.
     grid: Grid,
-    /// The costs of the map alone.
+    /// The costs of that.
     obstacles: Costmap,
     layers: Layers,
     inflation: Inflation,
@@ -61,6 +68,8 @@ impl Followed {
         *followed = Some(Self {
             layers: Layers::new(&obstacles, drawing),
             obstacles,
+            known: grid.clone(),
+            over: BTreeSet::new(),
             grid,
             inflation,
             sequence,
@@ -88,21 +97,48 @@ impl Followed {
         !self.layers.drawing().zones.is_empty()
     }
 
+    /// The map alone.
+    pub(crate) const fn known(&self) -> &Grid {
+        &self.known
+    }
+
+    /// Whether there are obstacles that the map does not have.
+    pub(crate) fn has_seen_obstacles(&self) -> bool {
+        !self.over.is_empty()
+    }
+
+    /// Puts obstacles in these cells over the map, in place of those before. Returns the cells whose costs have changed.
+    pub(crate) fn put_over(&mut self, cells: BTreeSet<Cell>) -> Vec<Cell> {
+        let before = core::mem::replace(&mut self.over, cells);
+        let touched: Vec<Cell> = before.symmetric_difference(&self.over).copied().collect();
+        self.compose(touched)
+    }
+
     fn repair(&mut self, map: &OccupancyGrid, sequence: u64) -> Vec<Cell> {
         if core::mem::replace(&mut self.sequence, sequence) == sequence {
             return Vec::new();
         }
-        let geometry = *self.obstacles.geometry();
-        let mut changed = Vec::new();
-        for (index, &number) in map.data.iter().enumerate() {
-            let cell = geometry.cell(index);
-            if self.grid.set(cell, Occupancy::from_ros(number)) {
-                changed.push(cell);
-            }
-        }
-        let changed = self.obstacles.update(&self.grid, &changed);
+        let changed = self.known.take_ros(&map.data);
+        self.compose(changed)
+    }
+
+    /// Makes these cells anew from the map and the obstacles over it. Returns the cells whose costs have changed.
+    fn compose(&mut self, mut cells: Vec<Cell>) -> Vec<Cell> {
+        cells.retain(|cell| {
+            let state = match self.over.contains(cell) {
+                true => Occupancy::Occupied,
+                false => self.known.get(*cell),
+            };
+            self.grid.set(*cell, state)
+        });
+        let changed = self.obstacles.update(&self.grid, &cells);
         self.layers.update(&self.obstacles, &changed)
     }
+}
+
+/// Returns the states of the cells of a message.
+pub(crate) fn grid(map: &OccupancyGrid) -> Result<Grid, GeometryError> {
+    Grid::from_ros(geometry(map)?, &map.data)
 }
 
 /// The geometry of a map with as many cells as it states.

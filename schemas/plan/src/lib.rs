@@ -1,5 +1,5 @@
-//! Plans a path over a map to a target. It commands nothing, and it knows only the obstacles of the map and what
-//! an operator draws on it.
+//! Plans a path over a map to a target. It commands nothing, and it knows only the obstacles of the map, those that are
+//! seen, and what an operator draws on the map.
 
 mod drawn;
 mod ends;
@@ -7,21 +7,29 @@ mod followed;
 mod memory;
 mod panel;
 mod situation;
+mod verdict;
 
 use jde_grid::{
     Angles, Cell, Costmap, Drawing, Field, Inflation, Lanes as DrawnLanes, PlanError, Prices, Route as Way,
-    Unknown,
+    SeenObstacles, Unknown,
 };
 use jde_schema::prelude::*;
-use jde_schema::types::{Lanes, Zones};
+use jde_schema::types::{Lanes, Quaternion, Zones};
 
 use drawn::{Drawn, InForce};
 use ends::Ends;
 use followed::{Change, Followed};
 use situation::Situation;
+use verdict::Verdict;
 
 /// By how much a path may leave the planned way, in cells: far below what a cell itself leaves open.
 const TOLERANCE: f64 = 0.25;
+
+/// The largest step of the pose from one iteration to the next, m, beside what the robot drives: a localizer corrects less.
+const LARGEST_STEP: f64 = 1.0;
+
+/// How long a map must have no place for the target before that is certain: a pose or a map may be wrong for an instant.
+const CERTAIN_AFTER: Duration = Duration::from_secs(2);
 
 /// A field to a goal, with the prices that it was made from.
 type PricedField = Option<(Prices, Field)>;
@@ -54,34 +62,44 @@ pub struct Plan {
     /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// The target.
+    /// The obstacles that sensors see around the robot, in the frame of the map.
+    #[import(optional)]
+    seen: Import<OccupancyGrid>,
+    /// The target. If it has a heading, the path ends with it.
     #[modulation(default = Target::NONE)]
     target: Modulation<Target>,
-    /// How it plans: `gradient`, `grid` (A*) or `any-angle` (Theta*).
+    /// The planner: `gradient`, `grid` (A*) or `any-angle` (Theta*).
     #[modulation(default = Planner::Gradient)]
     planner: Modulation<Planner>,
     /// Radius of the largest circle within the footprint. Closer to an obstacle there is no way.
-    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0)]
-    inscribed: Modulation<f64>,
-    /// Radius of the smallest circle around the footprint; at least `inscribed`.
-    #[modulation(default = 0.27, unit = "m", min = 0.0, max = 5.0)]
-    circumscribed: Modulation<f64>,
-    /// Distance to an obstacle from which on it costs nothing.
-    #[modulation(default = 1.0, unit = "m", min = 0.0, max = 10.0)]
-    reach: Modulation<f64>,
+    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0, was = "inscribed")]
+    inscribed_radius: Modulation<f64>,
+    /// Radius of the smallest circle around the footprint; at least `inscribed_radius`.
+    #[modulation(default = 0.27, unit = "m", min = 0.0, max = 5.0, was = "circumscribed")]
+    circumscribed_radius: Modulation<f64>,
+    /// Distance beyond which an obstacle costs nothing.
+    #[modulation(default = 1.0, unit = "m", min = 0.0, max = 10.0, was = "reach")]
+    inflation_radius: Modulation<f64>,
     /// Rate at which costs decay with the distance to an obstacle.
-    #[modulation(default = 3.0, unit = "1/m", min = 0.0, max = 100.0)]
-    decay: Modulation<f64>,
+    #[modulation(default = 3.0, unit = "1/m", min = 0.0, max = 100.0, was = "decay")]
+    cost_scaling_factor: Modulation<f64>,
     /// How many times its length a way along an obstacle costs more. 0 is the shortest way.
-    #[modulation(default = 4.0, min = 0.0, max = 20.0)]
-    clearance: Modulation<f64>,
+    #[modulation(default = 4.0, min = 0.0, max = 20.0, was = "clearance")]
+    cost_travel_multiplier: Modulation<f64>,
     /// How far from a target that cannot be reached the path may end.
     #[modulation(default = 0.0, unit = "m", min = 0.0, max = 5.0)]
     tolerance: Modulation<f64>,
+    /// How long an obstacle of `seen` is remembered after it was seen last.
+    #[modulation(default = 300.0, unit = "s", min = 0.0, max = 86400.0)]
+    observation_persistence: Modulation<f64>,
+    /// How long there may be no way to a target before `planning` fails. It fails after 2 s if the target is off the map or
+    /// in one of its obstacles, unless unknown cells are open: then the map may grow.
+    #[modulation(default = 28.0, unit = "s", min = 0.0, max = 3600.0)]
+    patience: Modulation<f64>,
     /// Whether the way may lead through unknown cells.
-    #[modulation(default = false)]
-    unknown: Modulation<bool>,
-    /// Keep-out zones, in the frame of the map: the path leads `inscribed` around them. An operator draws more of
+    #[modulation(default = false, was = "unknown")]
+    allow_unknown: Modulation<bool>,
+    /// Keep-out zones, in the frame of the map: the path leads `inscribed_radius` around them. An operator draws more of
     /// them on the panel.
     #[modulation(default = Zones::EMPTY)]
     keep_out: Modulation<Zones>,
@@ -94,9 +112,13 @@ pub struct Plan {
     /// The path, from the robot to the target.
     #[export]
     path: Export<Path>,
-    /// What came of the last iteration, in words.
+    /// The outcome of the last iteration, in words.
     #[export]
     state: Export<Text<160>>,
+    /// Whether the target can be reached: it fails with the reason where no way leads there, and once more after each
+    /// further `patience`.
+    #[export(lasting)]
+    planning: Export<Mission>,
     /// The keep-out zones that count: those of the application, and the drawn ones.
     #[export]
     zones_in_force: Export<Zones>,
@@ -104,6 +126,12 @@ pub struct Plan {
     #[export]
     lanes_in_force: Export<Lanes>,
     followed: Option<Followed>,
+    remembered: Option<SeenObstacles>,
+    /// The number of the last value of `seen`, and when it came.
+    view: Option<(u64, Duration)>,
+    /// The last pose, and when it was read.
+    stood: Option<(Pose2D, Duration)>,
+    verdict: Verdict,
     /// The fields to the last target, and to the place near it where the path ends instead.
     fields: [PricedField; 2],
     /// The target that no way reaches, and the place near it where the path ends, in metres.
@@ -117,6 +145,11 @@ pub struct Plan {
 }
 
 impl Schema for Plan {
+    fn awake(&mut self, _: &Context) -> Result {
+        self.verdict = Verdict::default();
+        Ok(())
+    }
+
     fn iterate(&mut self, cx: &Context) -> Result {
         let situation = self.plan(cx).unwrap_or_else(|situation| {
             self.path.retract(cx);
@@ -124,6 +157,7 @@ impl Schema for Plan {
             situation
         });
         self.state.write(cx, Text::truncated(&situation.to_string()));
+        self.judge(cx, &situation);
         self.situation = Some(situation);
         Ok(())
     }
@@ -144,7 +178,8 @@ impl Plan {
             .over(&self.keep_out.sample(cx), &self.lanes.sample(cx))?;
         self.zones_in_force.write(cx, self.in_force.zones);
         self.lanes_in_force.write(cx, self.in_force.lanes);
-        let target = self.target.get(cx).get().ok_or(Situation::NoTarget)?;
+        let wanted = self.target.get(cx);
+        let target = wanted.get().ok_or(Situation::NoTarget)?;
         let map = self.map.get(cx).ok_or(Situation::NoMap)?;
         let pose = self.pose.get(cx).ok_or(Situation::NoPose)?;
         let inflation = self.inflation(cx);
@@ -153,59 +188,183 @@ impl Plan {
         let map = (map.value(), map.sequence());
         let change = Followed::follow(&mut self.followed, map, inflation, drawing);
         match &change {
-            Ok(Change::Cells(cells)) => {
-                if let Some(followed) = &self.followed {
-                    for (_, field) in self.fields.iter_mut().flatten() {
-                        field.update(followed.costs(), cells);
-                    }
-                }
-            }
+            Ok(Change::Cells(cells)) => self.repair(cells),
             Ok(Change::All) | Err(_) => self.fields = Default::default(),
         }
         change?;
+        self.look(cx, &pose)?;
         let robot = pose.pose2d();
-        let way = self.way(cx, prices, (robot.x, robot.y), (target.x, target.y))?;
+        let way = self.way_past_unseen(cx, &prices, (robot.x, robot.y), (target.x, target.y))?;
         let points = self.points(&way, (robot.x, robot.y), (target.x, target.y));
         let header = Header {
             stamp: cx.now().into(),
             frame_id: pose.header.frame_id,
         };
-        let path = Path::through(header, &points);
+        let mut path = Path::through(header, &points);
+        let cut = path.poses.len() < points.len();
+        if let Some(last) = path.poses.as_mut_slice().last_mut()
+            && wanted.has_heading.get()
+            && !cut
+        {
+            last.pose.orientation = Quaternion::from_yaw(target.theta);
+        }
         let situation = Situation::Path {
             length: length(&points),
-            cut: path.poses.len() < points.len(),
+            cut,
         };
         self.path.write(cx, path);
         self.points = points;
         Ok(situation)
     }
 
+    /// Follows the costs of these cells.
+    fn repair(&mut self, cells: &[Cell]) {
+        let Some(followed) = &self.followed else { return };
+        for (_, field) in self.fields.iter_mut().flatten() {
+            field.update(followed.costs(), cells);
+        }
+    }
+
+    /// Remembers what is seen now, and puts what is remembered over the map.
+    fn look(&mut self, cx: &Context, pose: &Odometry) -> Result<(), Situation> {
+        let has_jumped = self.has_jumped(cx, pose);
+        let Some(followed) = &self.followed else {
+            return Ok(());
+        };
+        let resolution = followed.known().geometry().resolution();
+        let remembered = match self.remembered.take() {
+            Some(same) if same.resolution() == resolution && !has_jumped => same,
+            _ => SeenObstacles::new(resolution),
+        };
+        let remembered = self.remembered.insert(remembered);
+        if let Some(view) = self.seen.get(cx)
+            && self.view.is_none_or(|(sequence, _)| sequence != view.sequence())
+        {
+            if view.header.frame_id != pose.header.frame_id {
+                return Err(Situation::OtherFrame);
+            }
+            self.view = Some((view.sequence(), cx.now()));
+            remembered.observe(followed.known(), &followed::grid(&view)?, cx.now());
+        }
+        let persistence = Duration::from_secs_f64(self.observation_persistence.get(cx));
+        remembered.forget(cx.now().saturating_sub(persistence));
+        let robot = pose.pose2d();
+        remembered.forget_around((robot.x, robot.y), self.inscribed_radius.get(cx));
+        self.cover();
+        Ok(())
+    }
+
+    /// Whether the robot is where it cannot have driven since the last pose: what it saw was elsewhere.
+    fn has_jumped(&mut self, cx: &Context, pose: &Odometry) -> bool {
+        let robot = pose.pose2d();
+        let Some((before, time)) = self.stood.replace((robot, cx.now())) else {
+            return false;
+        };
+        let passed = cx.now().saturating_sub(time).as_secs_f64();
+        let speed = pose.twist.twist.linear.x.hypot(pose.twist.twist.linear.y);
+        before.distance_to(&robot) > LARGEST_STEP + speed * passed
+    }
+
+    /// Returns the way. Where there is none, those obstacles are forgotten that are out of sight, if that helps.
+    fn way_past_unseen(
+        &mut self,
+        cx: &Context,
+        prices: &Prices,
+        from: (f64, f64),
+        to: (f64, f64),
+    ) -> Result<Way, Situation> {
+        let way = self.way(cx, prices, from, to);
+        let Err(
+            Situation::NoWay(_) | Situation::NoWayPast | Situation::NoWayOutside | Situation::TargetInZone,
+        ) = &way
+        else {
+            return way;
+        };
+        let last = self.view.map_or(Duration::MAX, |(_, time)| time);
+        let before = self.remembered.clone();
+        if !self.remembered.as_mut().is_some_and(|places| places.forget(last)) {
+            return way;
+        }
+        self.cover();
+        let past = self.way(cx, prices, from, to);
+        if past.is_err() {
+            self.remembered = before;
+            self.cover();
+            return way;
+        }
+        past
+    }
+
+    /// Puts what is remembered over the map.
+    fn cover(&mut self) {
+        let (Some(followed), Some(remembered)) = (&mut self.followed, &self.remembered) else {
+            return;
+        };
+        let geometry = *followed.known().geometry();
+        let changed = followed.put_over(remembered.cells(&geometry).collect());
+        self.repair(&changed);
+    }
+
+    /// Says whether the target can be reached.
+    fn judge(&mut self, cx: &Context, situation: &Situation) {
+        let Some(target) = self.target.get(cx).get() else {
+            self.verdict = Verdict::default();
+            self.planning.retract(cx);
+            return;
+        };
+        let may_grow = self.allow_unknown.get(cx);
+        let is_seen = self.followed.as_ref().is_some_and(Followed::has_seen_obstacles);
+        // What is seen may go away, and a map with open unknown cells may grow.
+        let is_final = match situation {
+            Situation::NoWay(PlanError::GoalOutside) => !may_grow,
+            Situation::NoWay(PlanError::GoalClosed) => !may_grow && !is_seen,
+            _ => false,
+        };
+        let patience = match is_final {
+            true => CERTAIN_AFTER,
+            false => Duration::from_secs_f64(self.patience.get(cx)),
+        };
+        let Some(state) = self.verdict.judge(target, situation, cx.now(), patience) else {
+            return;
+        };
+        let words = situation.to_string();
+        let note = if state == Mission::FAILED {
+            words.as_str()
+        } else {
+            ""
+        };
+        let mission = Mission {
+            state,
+            target,
+            note: Text::truncated(note),
+            ..Mission::default()
+        };
+        self.planning.write(cx, mission);
+    }
+
     fn way(
         &mut self,
         cx: &Context,
-        prices: Prices,
+        prices: &Prices,
         robot: (f64, f64),
         target: (f64, f64),
     ) -> Result<Way, Situation> {
         let followed = self.followed.as_ref().ok_or(Situation::NoMap)?;
-        let ends = Ends {
-            followed,
-            prices: &prices,
-        };
+        let ends = Ends { followed, prices };
         let tolerance = self.tolerance.get(cx);
         let goal = match ends.goal(target) {
             Err(situation) if tolerance == 0.0 => return Err(situation),
             goal => goal,
         };
-        let (mut points, start) = ends.start(robot, 2.0 * self.circumscribed.get(cx))?;
+        let (mut points, start) = ends.start(robot, 2.0 * self.circumscribed_radius.get(cx))?;
         let (costs, planner) = (followed.costs(), self.planner.get(cx));
         let [exact, instead] = &mut self.fields;
-        let exact = goal.and_then(|goal| Ok(search(planner, costs, &prices, exact, (start, goal))?));
+        let exact = goal.and_then(|goal| Ok(search(planner, costs, prices, exact, (start, goal))?));
         let nearby = match exact {
             Err(
                 Situation::NoWay(PlanError::GoalClosed | PlanError::Unreachable) | Situation::TargetInZone,
             ) => {
-                let mut way_to = |place| search(planner, costs, &prices, instead, (start, place)).ok();
+                let mut way_to = |place| search(planner, costs, prices, instead, (start, place)).ok();
                 // A place stays while a way leads there: on the two sides of a wall are places equally near.
                 let kept = self
                     .place
@@ -224,6 +383,7 @@ impl Plan {
         };
         let way = nearby.map_or(exact, Ok).map_err(|situation| match situation {
             Situation::NoWay(PlanError::Unreachable) if followed.has_zones() => Situation::NoWayOutside,
+            Situation::NoWay(PlanError::Unreachable) if followed.has_seen_obstacles() => Situation::NoWayPast,
             other => other,
         })?;
         points.extend(way.points);
@@ -256,32 +416,32 @@ impl Plan {
 
     fn inflation(&self, cx: &Context) -> Inflation {
         Inflation {
-            inscribed: self.inscribed.get(cx),
-            circumscribed: self.circumscribed.get(cx),
-            reach: self.reach.get(cx),
-            decay: self.decay.get(cx),
+            inscribed: self.inscribed_radius.get(cx),
+            circumscribed: self.circumscribed_radius.get(cx),
+            reach: self.inflation_radius.get(cx),
+            decay: self.cost_scaling_factor.get(cx),
         }
     }
 
     fn drawing(&self, cx: &Context) -> Drawing {
         let lanes = DrawnLanes {
             lines: Vec::new(),
-            weight: self.clearance.get(cx),
+            weight: self.cost_travel_multiplier.get(cx),
             aside: self.off_lanes.get(cx),
             unknown: self.unknown(cx),
         };
-        self.in_force.drawing(self.inscribed.get(cx), lanes)
+        self.in_force.drawing(self.inscribed_radius.get(cx), lanes)
     }
 
     fn prices(&self, cx: &Context, drawing: &Drawing) -> Prices {
         match &drawing.lanes {
             Some(lanes) => lanes.prices(),
-            None => Prices::new(self.clearance.get(cx), self.unknown(cx)),
+            None => Prices::new(self.cost_travel_multiplier.get(cx), self.unknown(cx)),
         }
     }
 
     fn unknown(&self, cx: &Context) -> Unknown {
-        if self.unknown.get(cx) {
+        if self.allow_unknown.get(cx) {
             Unknown::Open
         } else {
             Unknown::Closed

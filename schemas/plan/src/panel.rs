@@ -1,5 +1,5 @@
-//! The panel: the map's outline and obstacles, the path, the target, what came of planning, and keep-out zones and
-//! lanes, which an operator draws by clicks.
+//! The panel: the map's outline and obstacles, those that are seen, the path, the target, what came of planning, and
+//! keep-out zones and lanes, which an operator draws by clicks.
 
 use jde_grid::costmap::LETHAL;
 use jde_grid::{Costmap, Geometry};
@@ -9,7 +9,7 @@ use jde_schema::types::{Lanes, Point2D, Strip, Zone, Zones};
 
 use super::Plan;
 
-/// Most points for the obstacles. Of more, only every so many are drawn.
+/// Most points for the obstacles. Of more points, an even selection is drawn.
 const MOST_CELLS: usize = 20_000;
 /// The widths of lanes that an operator can choose, m.
 const WIDTHS: core::ops::RangeInclusive<f64> = 0.1..=5.0;
@@ -37,6 +37,13 @@ impl Panel for Plan {
             area.points(obstacles(followed.obstacles()))
                 .ink(Ink::Plain)
                 .width(2.0);
+            if let Some(seen) = &self.remembered {
+                let cells = seen
+                    .cells(geometry)
+                    .take(MOST_CELLS)
+                    .map(|cell| geometry.center(cell));
+                area.points(cells).ink(Ink::Warn).width(2.0);
+            }
             self.draw_layers(area);
             area.line(self.points.iter().copied()).ink(Ink::Good).width(2.0);
             if let Some(target) = self.target.get(cx).get() {

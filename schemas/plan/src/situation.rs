@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use jde_grid::PlanError;
+use jde_grid::{GeometryError, PlanError};
 
 use crate::drawn::DrawnError;
 use crate::followed::MapError;
@@ -23,7 +23,9 @@ pub(crate) enum Situation {
     NoMap,
     /// The place of the robot is not known.
     NoPose,
-    /// The map or the footprint is wrong.
+    /// What is seen is in another frame than the pose.
+    OtherFrame,
+    /// The map, what is seen or the footprint is wrong.
     BadMap(MapError),
     /// A keep-out zone or a lane is wrong.
     BadDrawing(DrawnError),
@@ -31,15 +33,41 @@ pub(crate) enum Situation {
     NoWay(PlanError),
     /// The map may have a way, but not outside the keep-out zones.
     NoWayOutside,
+    /// The map may have a way, but not past the obstacles that are seen.
+    NoWayPast,
     /// No way leads the robot out of a keep-out zone.
     NoWayOut,
     /// The target is in a keep-out zone, or too close to one.
     TargetInZone,
 }
 
+impl Situation {
+    /// Whether there is no way to a target, while map, place and target are known.
+    pub(crate) const fn is_without_way(&self) -> bool {
+        match self {
+            Self::NoWay(_) | Self::NoWayOutside | Self::NoWayPast | Self::NoWayOut | Self::TargetInZone => {
+                true
+            }
+            Self::Path { .. }
+            | Self::NoTarget
+            | Self::NoMap
+            | Self::NoPose
+            | Self::OtherFrame
+            | Self::BadMap(_)
+            | Self::BadDrawing(_) => false,
+        }
+    }
+}
+
 impl From<MapError> for Situation {
     fn from(error: MapError) -> Self {
         Self::BadMap(error)
+    }
+}
+
+impl From<GeometryError> for Situation {
+    fn from(error: GeometryError) -> Self {
+        Self::BadMap(error.into())
     }
 }
 
@@ -63,10 +91,12 @@ impl fmt::Display for Situation {
             Self::NoTarget => f.write_str("there is no target"),
             Self::NoMap => f.write_str("there is no map"),
             Self::NoPose => f.write_str("the place of the robot is not known"),
+            Self::OtherFrame => f.write_str("the obstacles of `seen` are in another frame than the pose"),
             Self::BadMap(error) => error.fmt(f),
             Self::BadDrawing(error) => error.fmt(f),
             Self::NoWay(error) => error.fmt(f),
             Self::NoWayOutside => f.write_str("no way leads to the goal outside the keep-out zones"),
+            Self::NoWayPast => f.write_str("no way leads to the goal past what the robot has seen"),
             Self::NoWayOut => f.write_str("no way leads the robot out of the keep-out zone"),
             Self::TargetInZone => f.write_str("the goal is in a keep-out zone"),
         }

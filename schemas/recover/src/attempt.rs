@@ -146,7 +146,7 @@ impl Action {
         match self {
             Self::Back => "went back",
             Self::Turn => "turned",
-            Self::Clear => "cleared the map",
+            Self::Clear => "asked to clear the map",
             Self::Wait => "waited",
         }
     }
@@ -211,7 +211,7 @@ mod tests {
         );
         assert_eq!(advance(36, None), Due::Begin(Action::Wait));
         assert_eq!(advance(55, None), Due::Nothing);
-        let words = "in vain: turned, cleared the map, waited";
+        let words = "in vain: turned, asked to clear the map, waited";
         assert_eq!(advance(56, None), Due::GiveUp(words.into()));
         assert_eq!(advance(57, None), Due::Nothing, "it begins anew");
     }

@@ -15,36 +15,36 @@ use trail::Trail;
 /// The period, and so the time for which a command must be safe beyond what the guard requires, s.
 const PERIOD: f64 = 0.1;
 /// Below these speeds the base stands still, m/s and rad/s.
-const STILL: (f64, f64) = (0.02, 0.05);
+const STANDING_SPEED: (f64, f64) = (0.02, 0.05);
 /// The least motion of an action after which the others are worth a trial, m and rad.
-const WORTHWHILE: (f64, f64) = (0.1, 0.5);
+const MIN_MOTION: (f64, f64) = (0.1, 0.5);
 /// The factors that a refused command is tried with, as the speed along the same arc.
-const SLOWER: [f64; 2] = [1.0, 0.5];
+const SPEED_FACTORS: [f64; 2] = [1.0, 0.5];
 
-/// Moves a robot that is stuck: one that has a target and moved less than 0.25 m within `patience`.
+/// Moves a robot that is stuck: it has a target and moved less than 0.25 m within `patience`.
 ///
-/// It is READY for one action after another; after each the other schemas have `patience` to make progress. It
-/// goes back the way it came, turns on the spot to see around, has the map cleared around it, and lets the
-/// others wait. An action that is not possible is left out. After the last one it gives up in words, and begins
-/// anew. It knows what is around the robot from `guard/footprint`, and commands nothing that this would refuse.
+/// It is READY for one action after another; after each the other schemas have `patience` to make progress. It goes
+/// back the way it came, turns on the spot to see around, has the map cleared around it, and lets the others wait. An
+/// action that is not possible is left out. After the last action it gives up in words, and begins again. It knows
+/// from `guard/footprint` what is around the robot, and commands nothing that this guard would refuse.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Recover {
-    /// What is known around the robot, from `guard/footprint`.
+    /// The surroundings of the robot, from `guard/footprint`.
     #[import]
     surroundings: Import<Surroundings>,
     /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// The mission whose target the robot shall reach.
+    /// The mission whose target the robot must reach.
     #[import]
     mission: Import<Mission>,
     /// Time without progress after which the robot counts as stuck, and after which the next action begins.
     #[modulation(default = 10.0, unit = "s", min = 1.0, max = 3600.0)]
     patience: Modulation<f64>,
     /// Way back.
-    #[modulation(default = 0.3, unit = "m", min = 0.0)]
-    back: Modulation<f64>,
+    #[modulation(default = 0.3, unit = "m", min = 0.0, was = "back")]
+    backup_dist: Modulation<f64>,
     /// Longest way back, as long as the robot has no room.
     #[modulation(default = 2.0, unit = "m", min = 0.0)]
     back_most: Modulation<f64>,
@@ -52,25 +52,25 @@ pub struct Recover {
     #[modulation(default = 0.1, unit = "m", min = 0.0)]
     room: Modulation<f64>,
     /// Speed on the way back.
-    #[modulation(default = 0.15, unit = "m/s", min = 0.01)]
-    speed: Modulation<f64>,
+    #[modulation(default = 0.15, unit = "m/s", min = 0.01, limit, was = "speed")]
+    backup_speed: Modulation<f64>,
     /// Least radius of an arc of the base; 0 for a base that can turn on the spot.
     #[modulation(default = 0.0, unit = "m", min = 0.0)]
     radius: Modulation<f64>,
     /// Turn rate on the spot.
-    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01)]
-    turn: Modulation<f64>,
+    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01, limit, was = "turn")]
+    max_rotational_vel: Modulation<f64>,
     /// Angle that it turns.
-    #[modulation(default = core::f64::consts::TAU, unit = "rad", min = 0.0)]
-    angle: Modulation<f64>,
+    #[modulation(default = core::f64::consts::TAU, unit = "rad", min = 0.0, was = "angle")]
+    spin_dist: Modulation<f64>,
     /// Time of the last action, for people to pass.
-    #[modulation(default = 20.0, unit = "s", min = 0.0, max = 3600.0)]
-    wait: Modulation<f64>,
-    /// Distance from the place where it was stuck from which on it is no longer.
+    #[modulation(default = 20.0, unit = "s", min = 0.0, max = 3600.0, was = "wait")]
+    wait_duration: Modulation<f64>,
+    /// Distance from the place where it was stuck beyond which it is no longer stuck.
     #[modulation(default = 1.0, unit = "m", min = 0.3)]
     away: Modulation<f64>,
-    /// FAILED with the target and a note in words, once for each time that every action was in vain; else RUNNING
-    /// with what it does.
+    /// FAILED with the target and a note in words, once each time that every action was in vain; else RUNNING, with
+    /// the present action.
     #[export(lasting)]
     recovery: Export<Mission>,
     /// Where the map is to be cleared, in the frame of the pose; each value is one request.
@@ -165,7 +165,7 @@ impl Recover {
     fn terms(&self, cx: &Context) -> Terms {
         Terms {
             patience: Duration::from_secs_f64(self.patience.get(cx)),
-            wait: Duration::from_secs_f64(self.wait.get(cx)),
+            wait: Duration::from_secs_f64(self.wait_duration.get(cx)),
             away: self.away.get(cx),
         }
     }
@@ -230,25 +230,25 @@ impl Recover {
 
     fn back(&mut self, cx: &Context, from: &Pose2D, pose: &Pose2D) -> Step {
         let driven = from.distance_to(pose);
-        let (radius, enough) = (self.radius.get(cx), self.back.get(cx));
+        let (radius, enough) = (self.radius.get(cx), self.backup_dist.get(cx));
         if driven >= self.back_most.get(cx) || (driven >= enough && self.has_room(cx)) {
             return Step::End(true);
         }
         let along = self.trail.retrace(pose).and_then(|point| curvature(&point));
         let curves = [along, Some(0.0)].into_iter().flatten();
         let most = if radius > 0.0 { 1.0 / radius } else { f64::INFINITY };
-        let speed = -self.speed.get(cx);
+        let speed = -self.backup_speed.get(cx);
         for curve in curves.map(|curve| curve.clamp(-most, most)) {
             // Both fall together, so that the arc stays.
-            let speed = speed / (speed.abs() * curve.abs() / self.turn.get(cx)).max(1.0);
-            for factor in SLOWER {
+            let speed = speed / (speed.abs() * curve.abs() / self.max_rotational_vel.get(cx)).max(1.0);
+            for factor in SPEED_FACTORS {
                 let twist = Twist::planar(factor * speed, factor * speed * curve);
                 if self.permits(cx, &twist) {
                     return Step::Go(twist);
                 }
             }
         }
-        self.stand(cx, driven > WORTHWHILE.0)
+        self.stand(cx, driven > MIN_MOTION.0)
     }
 
     fn turn(&mut self, cx: &Context, pose: &Pose2D) -> Step {
@@ -264,10 +264,10 @@ impl Recover {
         *turned += normalize_angle(pose.theta - *heading).abs();
         *heading = pose.theta;
         let (turned, to, can_switch) = (*turned, *side, !*switched);
-        if self.radius.get(cx) > 0.0 || turned >= self.angle.get(cx) {
-            return Step::End(turned > WORTHWHILE.1);
+        if self.radius.get(cx) > 0.0 || turned >= self.spin_dist.get(cx) {
+            return Step::End(turned > MIN_MOTION.1);
         }
-        let twist = Twist::planar(0.0, to * self.turn.get(cx));
+        let twist = Twist::planar(0.0, to * self.max_rotational_vel.get(cx));
         if self.permits(cx, &twist) {
             return Step::Go(twist);
         }
@@ -280,7 +280,7 @@ impl Recover {
             });
             return Step::Go(Twist::ZERO);
         }
-        self.stand(cx, turned > WORTHWHILE.1)
+        self.stand(cx, turned > MIN_MOTION.1)
     }
 
     /// Waits until the base stands still, because a command that is refused while it moves may be permitted
@@ -296,7 +296,7 @@ impl Recover {
     fn is_still(&self, cx: &Context) -> bool {
         self.surroundings.get(cx).is_none_or(|around| {
             let Twist { linear, angular } = around.velocity;
-            linear.x.hypot(linear.y) < STILL.0 && angular.z.abs() < STILL.1
+            linear.x.hypot(linear.y) < STANDING_SPEED.0 && angular.z.abs() < STANDING_SPEED.1
         })
     }
 

@@ -3,17 +3,18 @@
 
 use core::f64::consts::TAU;
 
-use jde_motion::{Limits, Travel};
+use jde_motion::{BaseDynamics, Travel};
 use jde_schema::bench::Bench;
 use jde_schema::types::Footprint;
 
 use super::*;
 
-const LIMITS: Limits = Limits {
+const DYNAMICS: BaseDynamics = BaseDynamics {
     acceleration: 0.5,
     deceleration: 0.5,
     turn_acceleration: 2.0,
     turn_deceleration: 2.0,
+    lag: 0.0,
 };
 
 /// A robot, the points that it must not touch, and what it does by itself.
@@ -50,16 +51,13 @@ impl World {
 
     /// Passes 0.1 s, and returns the command of the recovery; `None` if it is not ready.
     fn step(&mut self) -> Option<Twist> {
-        let Travel { pose, velocity } = self.travel;
+        let Travel { pose, velocity, .. } = self.travel;
         let mut around = Surroundings {
             velocity,
             footprint: self.footprint,
             reaction: 0.15,
             margin: 0.05,
-            acceleration: LIMITS.acceleration,
-            deceleration: LIMITS.deceleration,
-            turn_acceleration: LIMITS.turn_acceleration,
-            turn_deceleration: LIMITS.turn_deceleration,
+            dynamics: DYNAMICS,
             ..Surroundings::default()
         };
         for point in &self.points {
@@ -86,7 +84,7 @@ impl World {
             self.bench.iterate().expect("the iteration succeeds");
             self.bench.commanded::<Twist>("base").expect("a command")
         });
-        self.travel = self.travel.after(0.1, &command.unwrap_or(self.others), &LIMITS);
+        self.travel = self.travel.after(0.1, &command.unwrap_or(self.others), &DYNAMICS);
         command
     }
 
@@ -161,7 +159,7 @@ fn a_pose_that_is_no_number_moves_nothing_and_one_that_jumps_ends_the_action() {
 #[test]
 fn it_goes_back_along_the_arc_that_it_came() {
     let mut world = World::round(&[]);
-    world.bench.set("back", 1.0);
+    world.bench.set("backup_dist", 1.0);
     world.bench.set("away", 2.0);
     world.others = Twist::planar(0.3, 0.3);
     for _ in 0..70 {
@@ -262,7 +260,7 @@ fn a_robot_that_is_boxed_in_has_the_map_cleared_waits_and_gives_up_in_words() {
         );
     }
     let (_, words) = world.report().expect("a report");
-    assert_eq!(words, "in vain: turned, cleared the map, waited");
+    assert_eq!(words, "in vain: turned, asked to clear the map, waited");
     let cleared: Point2D = world.bench.exported("clear").expect("a request");
     assert!(cleared.x.hypot(cleared.y) < 0.03, "{cleared:?}");
     assert!(world.travel.pose.distance_to(&Pose2D::ORIGIN) < 0.03);

@@ -7,7 +7,7 @@ use jde_schema::types::Pose2D;
 /// Distance from one pose to the next, m.
 const STEP: f64 = 0.05;
 /// The most poses: 10 m.
-const MOST: usize = 200;
+const MAX_TRAIL_POSES: usize = 200;
 /// How far behind the robot the pursued pose is at least, m.
 const LOOKAHEAD: f64 = 0.25;
 /// A pose that moves farther than this between two calls was set anew, m.
@@ -32,7 +32,7 @@ impl Trail {
         if moved > STEP {
             self.0.push_back(*pose);
         }
-        if self.0.len() > MOST {
+        if self.0.len() > MAX_TRAIL_POSES {
             self.0.pop_front();
         }
     }
@@ -82,7 +82,7 @@ mod tests {
         for step in 0..1000 {
             trail.extend(&Pose2D::new(f64::from(step) * 0.06, 0.0, 0.0));
         }
-        assert_eq!(trail.poses().count(), MOST);
+        assert_eq!(trail.poses().count(), MAX_TRAIL_POSES);
         trail.extend(&Pose2D::new(0.0, 5.0, 0.0));
         assert_eq!(trail.poses().count(), 1);
     }

@@ -4,7 +4,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::{ColorBlob, ColorBlobs};
 
 /// Oldest picture to steer by.
-const STALE: Duration = Duration::from_millis(500);
+const MAX_AGE: Duration = Duration::from_millis(500);
 
 /// Drives the base toward the nearest area of a colour on the floor, more slowly as it gets nearer, and stops
 /// at a distance. Ready while there is one farther away than that.
@@ -73,7 +73,7 @@ impl Schema for Approach {
 impl Approach {
     /// Returns the nearest area of the colour on the floor, if the picture is recent.
     fn nearest(&self, cx: &Context) -> Option<ColorBlob> {
-        let blobs = self.blobs.get(cx).filter(|blobs| blobs.age(cx) <= STALE)?;
+        let blobs = self.blobs.get(cx).filter(|blobs| blobs.age(cx) <= MAX_AGE)?;
         let color = self.color.get(cx);
         let standing = blobs
             .blobs

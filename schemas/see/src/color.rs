@@ -3,28 +3,27 @@
 use core::cmp::Reverse;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{CameraInfo, ColorBlob, ColorBlobs};
+use jde_schema::types::{ColorBlob, ColorBlobs};
 use jde_vision::{
-    Blobs, CameraGeometry, CameraModel, CameraMount, ColorRange, Component, Observation, Pixels,
+    Blobs, CameraGeometry, CameraModel, CameraMount, CameraPorts, ColorRange, Component, Observation, Pixels,
 };
 
 use crate::colors::{ColorLimits, Colors};
 
-/// Finds the connected areas of some colours in the pictures of a camera, and where they stand on the floor.
+/// Finds the connected areas of some colours in the pictures of a camera, and their places on the floor.
 ///
-/// The place of an area is where its lowest row meets the floor, so it is right for what stands there, and too
-/// far for what hangs above. An area that reaches the lower edge of the picture has no place. A picture of 640 x 480
-/// pixels with one colour takes about 3 ms. The panel shows the live picture: a click on it sets the range of
-/// the chosen colour, and the panel shows the line for the application file.
+/// The place of an area is where its lowest row meets the floor: it is right for a thing on the floor, and too far
+/// for a thing above it. An area that reaches the lower edge of the picture has no place. A picture of 640 x 480
+/// pixels with one colour takes about 3 ms. The panel shows the live picture: a click on it sets the range of the
+/// chosen colour, and the panel shows the line for the application file.
 #[derive(Describe)]
 #[schema(perceptive, period = "33ms", budget = "33ms")]
 pub struct Color {
     /// The pictures, encoded as "rgb8" or "bgr8".
     #[import]
     pub(crate) image: Import<Image>,
-    /// The calibration of the camera, as the camera states it beside its pictures. It counts before `calibration`.
-    #[import(optional)]
-    camera_info: Import<CameraInfo>,
+    #[ports]
+    camera: CameraPorts,
     /// The measured position of the head that carries the camera. If it is not bound, the camera looks
     /// straight ahead.
     #[import(optional)]
@@ -35,15 +34,6 @@ pub struct Color {
     /// Fewest pixels of an area.
     #[modulation(default = 20, unit = "px", min = 1)]
     pixels: Modulation<u32>,
-    /// The calibration file of the camera, as ROS's `camera_calibration` writes it. It counts before `field_of_view`.
-    #[modulation(default = "", unit = "file", fixed)]
-    calibration: Modulation<Text<1024>>,
-    /// Whether the pictures are rectified, without distortion; otherwise they are as the camera takes them.
-    #[modulation(default = Flag::FALSE, fixed)]
-    rectified: Modulation<Flag>,
-    /// Horizontal field of view of a camera without calibration.
-    #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
-    field_of_view: Modulation<f64>,
     /// Height of the camera above the floor; 0 if it is unknown.
     #[modulation(default = 0.0, unit = "m", min = 0.0)]
     height: Modulation<f64>,
@@ -81,7 +71,7 @@ pub(crate) struct Tuning {
 }
 
 /// Most areas that are published.
-const MOST: usize = Seq::<ColorBlob, 32>::CAPACITY;
+const MAX_BLOBS: usize = Seq::<ColorBlob, 32>::CAPACITY;
 
 /// An area that was found.
 struct Found {
@@ -92,16 +82,14 @@ struct Found {
 
 impl Schema for Color {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.geometry = self.read_geometry(cx)?;
+        self.geometry = self.camera.geometry(cx)?;
         // What was seen before a sleep is out of date.
         self.last = None;
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let stated = self.camera_info.get(cx);
-        let is_unknown = self.camera_info.is_bound(cx) && stated.is_none();
-        let image = self.image.get(cx).filter(|_| !is_unknown);
+        let image = self.image.get(cx).filter(|_| !self.camera.is_unknown(cx));
         let (Some(image), Some(mount)) = (image, self.mount(cx)) else {
             if self.last.take().is_some() {
                 self.blobs.retract(cx);
@@ -112,13 +100,11 @@ impl Schema for Color {
             return Ok(());
         }
         let pixels = Pixels::of(&image).map_err(|error| format!("import `image`: {error}"))?;
-        let camera = self
-            .geometry
-            .camera(pixels.size(), stated.as_deref(), self.field_of_view.get(cx))?;
+        let camera = self.camera.model(cx, &self.geometry, pixels.size())?;
         let found = self.find(cx, &pixels, &camera);
         let blobs = ColorBlobs {
             header: Header::new(image.time(), "base_link"),
-            left_out: found.len().saturating_sub(MOST) as u32,
+            left_out: found.len().saturating_sub(MAX_BLOBS) as u32,
             blobs: found
                 .iter()
                 .map(|found| found.blob(&camera, &mount, pixels.size()[1]))
@@ -132,16 +118,11 @@ impl Schema for Color {
 
 impl Inspect for Color {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.calibration, self.read_geometry(cx));
+        self.camera.inspect(cx, problems);
     }
 }
 
 impl Color {
-    fn read_geometry(&self, cx: &Context) -> Result<CameraGeometry> {
-        let file = self.calibration.get(cx);
-        Ok(CameraGeometry::new(file.as_str(), self.rectified.get(cx).get())?)
-    }
-
     /// Returns the calibrated colours, else those of the modulation: one at least.
     pub(crate) fn current_colors(&self, cx: &Context) -> Colors {
         let colors = self.tuning.colors.unwrap_or_else(|| self.colors.get(cx));
@@ -192,7 +173,7 @@ impl Color {
                     .map(|(place, (number, component))| Found {
                         color,
                         component: *component,
-                        observation: if place < MOST {
+                        observation: if place < MAX_BLOBS {
                             camera.observe(self.finder.runs(number))
                         } else {
                             Observation::default()

@@ -10,11 +10,11 @@ use crate::colors::{ColorLimits, Colors};
 
 /// Pixels around a click that are sampled, in each direction: more than the noise of one pixel, less than a
 /// small ball.
-const AROUND: usize = 2;
+const SAMPLE_RADIUS: usize = 2;
 /// Most samples of a range: a hundred clicks.
 const MOST_SAMPLES: usize = 2500;
 /// How much darker a pixel of another colour is shown.
-const DIM: u8 = 4;
+const DIM_FACTOR: u8 = 4;
 
 impl Panel for Color {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
@@ -78,7 +78,7 @@ impl Color {
         let [width, height] = pixels.size();
         let around = |middle: f64, size: usize| {
             let middle = middle.max(0.0) as usize;
-            middle.saturating_sub(AROUND)..(middle.saturating_add(AROUND + 1)).min(size)
+            middle.saturating_sub(SAMPLE_RADIUS)..(middle.saturating_add(SAMPLE_RADIUS + 1)).min(size)
         };
         let mut samples = core::mem::take(&mut self.tuning.samples);
         if !self.tuning.extends || samples.len() >= MOST_SAMPLES {
@@ -124,7 +124,7 @@ fn darken(image: &mut Image, range: &ColorRange) -> Result<(), jde_vision::Unkno
     let rows = image.data.as_mut_slice().chunks_mut(step.max(1));
     for (row, outside) in rows.zip(outside.chunks(width.max(1))) {
         for (pixel, _) in row.chunks_mut(3).zip(outside).filter(|(_, outside)| **outside) {
-            pixel.iter_mut().for_each(|part| *part /= DIM);
+            pixel.iter_mut().for_each(|part| *part /= DIM_FACTOR);
         }
     }
     Ok(())

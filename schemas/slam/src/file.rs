@@ -20,10 +20,7 @@ fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
     if file.is_empty() || !path.exists() {
         return Ok(None);
     }
-    let map = MapFile::load(path).map_err(|faults| {
-        let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
-        lines.join("\n")
-    })?;
+    let map = MapFile::load(path).map_err(|faults| format!("{faults:#}"))?;
     let [x, y, heading] = map.origin;
     let size = (map.width as u32, map.height as u32);
     let geometry = Geometry::new(size.0, size.1, map.resolution, (x, y, heading));
@@ -50,7 +47,7 @@ pub(crate) fn begun(file: &str, start: &Pose2D, most: u32) -> Result<Option<Cont
     };
     let begun = Continuation::new(map, start).ok_or_else(|| {
         format!(
-            "the map {file} has no free cells around the robot at {:.2}, {:.2}: state `initial`, or remove the files",
+            "the map {file} has no free cells around the robot at {:.2}, {:.2}: state `map_start_pose`, or remove the files",
             start.x, start.y
         )
     })?;

@@ -4,29 +4,29 @@ mod file;
 mod map;
 mod memory;
 mod panel;
+mod ports;
 
 use std::fs::File;
 use std::sync::mpsc::TryRecvError;
 
-use jde_motion::{arc, is_jump, jumped};
+use jde_motion::{OdometryHistory, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::Body;
 use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
 use file::{Loading, Saving, begun, hold, load};
 use map::Map;
+use ports::{Drawing, Keyframes, LoopClosure, MapFile, OdometryNoise, ScanMatching, ScanReading};
 
-/// The most time between a scan and the odometry that the velocity bridges, s.
-const BRIDGED: f64 = 0.5;
 /// How far from the base a laser may be mounted, m.
-const MOUNTED: f64 = 10.0;
+const MAX_MOUNT_DISTANCE: f64 = 10.0;
 /// How many keyframes of a map that is continued are read in one iteration.
-const READ: usize = 8;
+const KEYFRAMES_PER_ITERATION: usize = 8;
 
-/// Exports a map of what the laser has seen, and where the robot is on it: simultaneous localization and mapping.
+/// Exports a map from the scans of a laser, and the place of the robot on it: simultaneous localization and mapping.
 ///
-/// The frame of the map is "map"; the robot is at `initial` in it when it takes its first scan. The pose continues with the odometry between two
-/// scans, and is retracted while no scan fits; `state` says why.
+/// The frame of the map is "map"; the robot is at `map_start_pose` in it when it takes its first scan. The pose
+/// continues with the odometry between two scans, and is retracted while no scan fits; `state` gives the reason.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "40ms")]
 pub struct Slam {
@@ -40,73 +40,29 @@ pub struct Slam {
     #[import(optional)]
     body: Import<Body>,
     /// Where the robot is in the frame of the map when it takes its first scan; on a map that is continued, to 0.3 m.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
-    initial: Modulation<Pose2D>,
-    /// Where the laser is on the base, within 10 m, and which way its x points.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    #[modulation(default = Pose2D::ORIGIN, fixed, was = "initial")]
+    map_start_pose: Modulation<Pose2D>,
+    /// The pose of the laser on the base, within 10 m.
+    #[modulation(default = Pose2D::ORIGIN, fixed, mount)]
     pub(crate) mount: Modulation<Pose2D>,
-    /// How many beams of a scan count.
-    #[modulation(default = 360, min = 8, max = 1088, fixed)]
-    beams: Modulation<u32>,
-    /// How far beams count.
-    #[modulation(default = 20.0, unit = "m", min = 1.0, max = 100.0, fixed)]
-    reach: Modulation<f64>,
-    /// Side of a cell of the map. It has at most 4096 × 4096 of them.
-    #[modulation(default = 0.05, unit = "m", min = 0.02, max = 1.0, fixed)]
-    resolution: Modulation<f64>,
-    /// How far the map reaches beyond what is seen when it is drawn anew: targets must be on it.
-    #[modulation(default = 5.0, unit = "m", min = 0.0, max = 100.0)]
-    margin: Modulation<f64>,
-    /// The YAML file to which the map is saved, with an image beside it, in the form of a ROS map server. If it is there when
-    /// the schema awakes first, its map is continued.
-    #[modulation(default = "", unit = "path", fixed)]
-    file: Modulation<Text<1024>>,
-    /// How often the map is saved, if it has changed.
-    #[modulation(default = 30.0, unit = "s", min = 1.0, max = 86400.0)]
-    save_every: Modulation<f64>,
-    /// How often the map is exported, if it has changed.
-    #[modulation(default = 1.0, unit = "s", min = 0.05, max = 3600.0)]
-    export_every: Modulation<f64>,
-    /// The most scans that are kept, as keyframes.
-    #[modulation(default = 4000, min = 2, max = 20_000)]
-    keyframes: Modulation<u32>,
-    /// Way after which a scan is matched.
-    #[modulation(default = 0.1, unit = "m", min = 0.0, max = 1.0)]
-    update_way: Modulation<f64>,
-    /// Turn after which a scan is matched.
-    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0, max = 0.5)]
-    update_turn: Modulation<f64>,
-    /// How far from every keyframe a scan becomes one.
-    #[modulation(default = 0.5, unit = "m", min = 0.1, max = 3.0)]
-    keyframe_way: Modulation<f64>,
-    /// How far turned from every keyframe near it a scan becomes one.
-    #[modulation(default = 30_f64.to_radians(), unit = "rad", min = 0.1, max = 3.15)]
-    keyframe_turn: Modulation<f64>,
-    /// Standard deviation of the way of the odometry for each metre.
-    #[modulation(default = 0.1, unit = "m/m", min = 0.0, max = 10.0)]
-    way_by_way: Modulation<f64>,
-    /// Standard deviation of the heading of the odometry for each radian of a turn.
-    #[modulation(default = 0.1, unit = "rad/rad", min = 0.0, max = 10.0)]
-    turn_by_turn: Modulation<f64>,
-    /// Standard deviation of the heading of the odometry for each metre of way.
-    #[modulation(default = 0.05, unit = "rad/m", min = 0.0, max = 10.0)]
-    turn_by_way: Modulation<f64>,
-    /// The least share of the points of a scan that are on known surfaces, so that it fits.
-    #[modulation(default = 0.4, min = 0.0, max = 1.0)]
-    share: Modulation<f64>,
-    /// How far a keyframe may drift for each metre that the robot goes: how far around it a loop is searched.
-    #[modulation(default = 0.05, unit = "m/m", min = 0.0, max = 1.0)]
-    drift: Modulation<f64>,
-    /// The least share of the points around the robot that are on the surfaces of a place that it reaches again.
-    #[modulation(default = 0.55, min = 0.0, max = 1.0)]
-    loop_share: Modulation<f64>,
-    /// How many matches that say the same close a loop.
-    #[modulation(default = 3, min = 1, max = 8)]
-    loop_matches: Modulation<u32>,
-    /// How long the pose is exported without a scan that fits.
+    #[ports]
+    scans: ScanReading,
+    #[ports]
+    drawing: Drawing,
+    #[ports]
+    map_file: MapFile,
+    #[ports]
+    keyframes: Keyframes,
+    #[ports]
+    matching: ScanMatching,
+    #[ports]
+    noise: OdometryNoise,
+    #[ports]
+    loops: LoopClosure,
+    /// Time for which the pose is exported without a scan that fits.
     #[modulation(default = 2.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
+    /// Least step of the odometry that is a jump and no motion. A turn by more than 90 degrees is a jump too.
     #[modulation(default = 1.0, unit = "m", min = 0.3)]
     jump: Modulation<f64>,
     /// The map.
@@ -118,7 +74,7 @@ pub struct Slam {
     /// The pose of the odometry's frame in that of the map (REP-105), while there is a pose.
     #[export]
     correction: Export<PoseStamped>,
-    /// What it does, or why there is no pose, in words.
+    /// The present activity, or the reason why there is no pose, in words.
     #[export]
     state: Export<Text<160>>,
     pub(crate) slam: jde_slam::Slam,
@@ -129,6 +85,9 @@ pub struct Slam {
     pub(crate) drawn: Map,
     saving: Saving,
     scan_number: u64,
+    history: OdometryHistory,
+    /// Why the time of the last scan says nothing.
+    untimely: Option<String>,
     /// The last pose of the odometry.
     pub(crate) last: Option<Pose2D>,
     /// When the last scan that fits was.
@@ -145,7 +104,7 @@ impl Schema for Slam {
     fn awake(&mut self, cx: &Context) -> Result {
         check_mount(&self.mount.get(cx))?;
         if self.slam.scans().is_empty() && !self.is_loading() {
-            self.begin(cx, self.restored.unwrap_or(self.initial.get(cx)))?;
+            self.begin(cx, self.restored.unwrap_or(self.map_start_pose.get(cx)))?;
         }
         self.restored = self.place();
         // What happened while it slept is not known; how far the odometry went meanwhile is no jump.
@@ -161,7 +120,7 @@ impl Schema for Slam {
         self.follow_saving(cx);
         if self.is_worth_saving(cx) {
             // A new build that is to take its place waits for it.
-            self.save_held(cx, hold(self.file.get(cx).as_str()));
+            self.save_held(cx, hold(self.map_file.map_file_name.get(cx).as_str()));
         }
     }
 
@@ -176,10 +135,9 @@ impl Schema for Slam {
             }
         };
         self.slam.advance(&self.settings(cx));
-        self.draw_map(cx);
         self.state.write(cx, Text::truncated(&words));
         self.words = words;
-        Ok(())
+        self.draw_map(cx)
     }
 }
 
@@ -187,11 +145,11 @@ impl Inspect for Slam {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         problems.expect(&self.mount, check_mount(&self.mount.get(cx)));
         problems.expect(
-            &self.file,
+            &self.map_file.map_file_name,
             begun(
-                self.file.get(cx).as_str(),
-                &self.initial.get(cx),
-                self.keyframes.get(cx),
+                self.map_file.map_file_name.get(cx).as_str(),
+                &self.map_start_pose.get(cx),
+                self.keyframes.keyframes.get(cx),
             ),
         );
     }
@@ -200,15 +158,19 @@ impl Inspect for Slam {
 impl Slam {
     /// Begins with the map of the file, or a new one, on which the robot is at `start`.
     fn begin(&mut self, cx: &Context, start: Pose2D) -> Result {
-        self.reading = begun(self.file.get(cx).as_str(), &start, self.keyframes.get(cx))?;
+        self.reading = begun(
+            self.map_file.map_file_name.get(cx).as_str(),
+            &start,
+            self.keyframes.keyframes.get(cx),
+        )?;
         self.slam = jde_slam::Slam::new(start);
         Ok(())
     }
 
     /// Begins after a reload, with what the previous build writes to the file as it sleeps.
     fn resume(&mut self, cx: &Context, place: Pose2D) -> Result {
-        let file = self.file.get(cx);
-        let begins = |file| load(file, place, self.keyframes.get(cx));
+        let file = self.map_file.map_file_name.get(cx);
+        let begins = |file| load(file, place, self.keyframes.keyframes.get(cx));
         self.loading = (!file.is_empty()).then(|| begins(file.as_str())).transpose()?;
         (self.slam, self.reading) = (jde_slam::Slam::new(place), None);
         Ok(())
@@ -244,7 +206,7 @@ impl Slam {
         let Some(reading) = &mut self.reading else {
             return Ok(());
         };
-        let Some(mut slam) = reading.advance(READ) else {
+        let Some(mut slam) = reading.advance(KEYFRAMES_PER_ITERATION) else {
             let (read, all) = (reading.read(), reading.keyframes());
             return Err(format!("no pose: reads the map, {read} of {all} keyframes"));
         };
@@ -287,13 +249,21 @@ impl Slam {
         self.look(cx, &odometry);
         let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
         let is_lost = |seen| cx.now().saturating_sub(seen) > patience;
+        let full = if self.slam.scans().len() >= self.keyframes.keyframes.get(cx) as usize {
+            "; it has as many `keyframes` as it may, and keeps no more"
+        } else {
+            ""
+        };
         if self.seen.is_none_or(is_lost) {
+            if let Some(untimely) = &self.untimely {
+                return Err(format!("no pose: {untimely}"));
+            }
             return Err(match self.slam.state() {
-                state @ (State::Differs(_) | State::Blind) => {
+                state @ (State::New(_) | State::Differs(_) | State::Blind) => {
                     if !core::mem::replace(&mut self.is_lost, true) {
-                        warn!(cx, "no pose: {state}");
+                        warn!(cx, "no pose: {state}{full}");
                     }
-                    format!("no pose: {state}")
+                    format!("no pose: {state}{full}")
                 }
                 State::Empty | State::Fits(_) => "no scan that can be used".into(),
             });
@@ -301,11 +271,6 @@ impl Slam {
         let anchor = self.slam.anchor(&measured).ok_or("no scan yet")?;
         self.export_pose(cx, &odometry, &anchor);
         self.is_lost = false;
-        let full = if self.slam.scans().len() >= self.keyframes.get(cx) as usize {
-            "; it has as many keyframes as it may"
-        } else {
-            ""
-        };
         let graph = self.slam.graph();
         Ok(format!(
             "{} keyframes, {} loops: {}{full}",
@@ -343,17 +308,23 @@ impl Slam {
 
     /// Takes a scan that is new.
     fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
+        self.history.add(odometry.time(), odometry);
         let Some(laser) = self.laser.get(cx) else { return };
         if core::mem::replace(&mut self.scan_number, laser.sequence()) == laser.sequence() {
             return;
         }
-        let (beams, reach) = (self.beams.get(cx) as usize, self.reach.get(cx));
-        let scan = Scan::new(&laser, &self.mounted(cx, &laser), beams, reach);
-        // Where the base was at the time of the scan.
-        let measured = odometry.pose2d();
-        let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
-        let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
-        let then = measured.transform(&motion);
+        let (beams, reach) = (
+            self.scans.max_beams.get(cx) as usize,
+            self.scans.max_laser_range.get(cx),
+        );
+        let sweep = match self.history.sweep(&laser, laser.time(), cx.now()) {
+            Ok(sweep) => sweep,
+            Err(words) => return self.untimely = Some(words),
+        };
+        self.untimely = None;
+        let then = sweep.first();
+        let mount = self.mounted(cx, &laser);
+        let scan = Scan::new(&laser, sweep.seen_from(&then, &mount), beams, reach);
         let state = self.slam.step(&self.settings(cx), &then, &scan);
         if matches!(state, State::Fits(_)) {
             self.seen = Some(cx.now());
@@ -361,17 +332,22 @@ impl Slam {
     }
 
     /// Draws a part of the map, exports it when it is time, and has it saved.
-    fn draw_map(&mut self, cx: &Context) {
-        if let Err(error) = self
-            .drawn
-            .advance(&self.slam, self.resolution.get(cx), self.margin.get(cx))
-        {
+    ///
+    /// # Errors
+    /// That the map is too large for any cells: a file that keeps a part of it would be taken for the whole.
+    fn draw_map(&mut self, cx: &Context) -> Result {
+        let coarser = self.drawn.advance(
+            &self.slam,
+            self.drawing.resolution.get(cx),
+            self.drawing.margin.get(cx),
+        )?;
+        if let Some(side) = coarser {
             warn!(
                 cx,
-                "the map is not drawn anew, and its file keeps what it shows: {error}; raise `resolution`"
+                "the map has more than 4096 × 4096 cells: from now on, it is drawn with cells of {side} m"
             );
         }
-        if self.drawn.is_new() && is_due(cx, self.drawn.exported, self.export_every.get(cx)) {
+        if self.drawn.is_new() && is_due(cx, self.drawn.exported, self.drawing.map_update_interval.get(cx)) {
             let mut map = self.map.loan(cx);
             map.header = Header::new(cx.now(), "map");
             self.drawn.write(&mut map);
@@ -380,15 +356,19 @@ impl Slam {
         }
         self.follow_saving(cx);
         let is_free = !self.saving.is_busy();
-        if is_free && self.is_worth_saving(cx) && is_due(cx, self.saving.last, self.save_every.get(cx)) {
+        if is_free
+            && self.is_worth_saving(cx)
+            && is_due(cx, self.saving.last, self.map_file.save_every.get(cx))
+        {
             self.save(cx);
         }
+        Ok(())
     }
 
     /// Whether the map shows what its file does not.
     fn is_worth_saving(&self, cx: &Context) -> bool {
         let is_grown = self.slam.scans().len() > self.slam.given();
-        !self.file.get(cx).is_empty() && is_grown && self.drawn.is_unsaved()
+        !self.map_file.map_file_name.get(cx).is_empty() && is_grown && self.drawn.is_unsaved()
     }
 
     /// Has the map saved as it is now.
@@ -398,7 +378,7 @@ impl Slam {
 
     fn save_held(&mut self, cx: &Context, held: Option<File>) {
         self.saving.last = Some(cx.now());
-        let file = self.file.get(cx);
+        let file = self.map_file.map_file_name.get(cx);
         if let Err(error) = self.saving.begin(file.as_str(), &self.drawn, held) {
             warn!(cx, "cannot save the map: {error}");
         }
@@ -415,27 +395,33 @@ impl Slam {
 
     fn settings(&self, cx: &Context) -> Settings {
         Settings {
-            update: (self.update_way.get(cx), self.update_turn.get(cx)),
-            keyframe: (self.keyframe_way.get(cx), self.keyframe_turn.get(cx)),
-            most: self.keyframes.get(cx) as usize,
-            way_by_way: self.way_by_way.get(cx),
-            turn_by_turn: self.turn_by_turn.get(cx),
-            turn_by_way: self.turn_by_way.get(cx),
-            share: self.share.get(cx),
-            drift: self.drift.get(cx),
-            loop_share: self.loop_share.get(cx),
-            loop_matches: self.loop_matches.get(cx) as usize,
+            update: (
+                self.matching.minimum_travel_distance.get(cx),
+                self.matching.minimum_travel_heading.get(cx),
+            ),
+            keyframe: (
+                self.keyframes.keyframe_way.get(cx),
+                self.keyframes.keyframe_turn.get(cx),
+            ),
+            most: self.keyframes.keyframes.get(cx) as usize,
+            way_by_way: self.noise.translation_noise_from_translation.get(cx),
+            turn_by_turn: self.noise.rotation_noise_from_rotation.get(cx),
+            turn_by_way: self.noise.rotation_noise_from_translation.get(cx),
+            share: self.matching.match_minimum_response.get(cx),
+            drift: self.loops.drift.get(cx),
+            loop_share: self.loops.loop_match_minimum_response.get(cx),
+            loop_matches: self.loops.loop_matches.get(cx) as usize,
         }
     }
 }
 
 /// Checks that the laser is near the base.
 fn check_mount(mount: &Pose2D) -> Result<(), String> {
-    if mount.x.hypot(mount.y) <= MOUNTED {
+    if mount.x.hypot(mount.y) <= MAX_MOUNT_DISTANCE {
         return Ok(());
     }
     Err(format!(
-        "the laser is more than {MOUNTED} m from the base: state `mount` in metres"
+        "the laser is more than {MAX_MOUNT_DISTANCE} m from the base: state `mount` in metres"
     ))
 }
 

@@ -1,62 +1,71 @@
 //! The map that is exported: drawn a few keyframes an iteration, and anew when the graph has moved them.
 
 use jde_grid::{GeometryError, Occupancy};
-use jde_map_file::{Cell, MapFile};
+use jde_map_file::{MapCell, MapFile};
 use jde_schema::prelude::*;
-use jde_slam::{Drawing, Slam};
+use jde_slam::{MapDrawing, Slam};
 
 /// The most keyframes that are drawn in one iteration.
-const MOST: usize = 4;
+const KEYFRAMES_PER_ITERATION: usize = 4;
+/// The largest side of a cell, m: that of the parameter.
+const MAX_RESOLUTION: f64 = 1.0;
 
 /// The map as it is drawn, and another one that will take its place.
 #[derive(Debug, Default)]
 pub(crate) struct Map {
-    shown: Option<Drawing>,
-    next: Option<Drawing>,
+    shown: Option<MapDrawing>,
+    next: Option<MapDrawing>,
     /// Changes of the one that is drawn; how many were exported, and how many saved.
     changes: u64,
     written: u64,
     saved: u64,
-    /// Whether there was no room for the next one, and how many keyframes there were.
-    refused: Option<usize>,
+    /// The side of a cell of a map that would have too many of the cells that are asked for, m.
+    coarse: f64,
     /// When the map was last exported.
     pub(crate) exported: Option<Duration>,
 }
 
 impl Map {
-    /// Draws a few keyframes.
+    /// Draws a few keyframes. A map with too many cells gets larger ones: it returns their side in m, once.
     ///
     /// # Errors
-    /// If the map would have too many cells, once; it stays as it is, and is tried again with the next keyframe.
-    pub(crate) fn advance(&mut self, slam: &Slam, resolution: f64, margin: f64) -> Result<(), GeometryError> {
+    /// If the map would have too many cells of any size.
+    pub(crate) fn advance(
+        &mut self,
+        slam: &Slam,
+        resolution: f64,
+        margin: f64,
+    ) -> Result<Option<f64>, GeometryError> {
+        let before = self.coarse;
         if slam.scans().is_empty() {
-            return Ok(());
+            return Ok(None);
         }
         if let Some(shown) = &mut self.shown {
             let drawn = shown.drawn();
-            shown.advance(slam, MOST);
+            shown.advance(slam, KEYFRAMES_PER_ITERATION);
             self.changes += u64::from(shown.drawn() != drawn);
         }
         let is_right = self.shown.as_ref().is_some_and(|shown| shown.is_right(slam));
-        let is_due = !is_right && self.refused != Some(slam.scans().len());
-        if self.next.is_none() && is_due && slam.graph().is_settled() {
-            match Drawing::new(slam, resolution, margin) {
-                Ok(next) => (self.next, self.refused) = (Some(next), None),
-                Err(error) => {
-                    let is_known = self.refused.replace(slam.scans().len()).is_some();
-                    return if is_known { Ok(()) } else { Err(error) };
+        if self.next.is_none() && !is_right && slam.graph().is_settled() {
+            let mut side = resolution.max(self.coarse);
+            self.next = loop {
+                match MapDrawing::new(slam, side, margin) {
+                    Ok(next) => break Some(next),
+                    Err(error) if 2.0 * side > MAX_RESOLUTION => return Err(error),
+                    Err(_) => side *= 2.0,
                 }
-            }
+                self.coarse = side;
+            };
         }
         if let Some(mut next) = self.next.take() {
-            if next.advance(slam, MOST) {
+            if next.advance(slam, KEYFRAMES_PER_ITERATION) {
                 self.shown = Some(next);
                 self.changes += 1;
             } else {
                 self.next = Some(next);
             }
         }
-        Ok(())
+        Ok((self.coarse != before).then_some(self.coarse))
     }
 
     pub(crate) const fn is_new(&self) -> bool {
@@ -101,9 +110,9 @@ impl Map {
         let mut numbers = vec![0; geometry.cells()];
         shown.write_ros(&mut numbers);
         let cell = |&number: &i8| match Occupancy::from_ros(number) {
-            Occupancy::Free => Cell::Free,
-            Occupancy::Occupied => Cell::Occupied,
-            Occupancy::Unknown => Cell::Unknown,
+            Occupancy::Free => MapCell::Free,
+            Occupancy::Occupied => MapCell::Occupied,
+            Occupancy::Unknown => MapCell::Unknown,
         };
         Some(MapFile {
             width: geometry.width() as usize,

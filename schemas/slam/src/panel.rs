@@ -4,7 +4,7 @@ use jde_schema::prelude::*;
 
 use super::Slam;
 
-/// Most points for what the keyframes show. Of more, only every so many are drawn.
+/// Most points for what the keyframes show. Of more points, an even selection is drawn.
 const MOST_POINTS: usize = 15_000;
 /// Most keyframes that are drawn.
 const MOST_KEYFRAMES: usize = 1000;
@@ -35,13 +35,13 @@ impl Panel for Slam {
             }
             area.robot(&pose);
         });
-        if !self.file.get(cx).is_empty() {
+        if !self.map_file.map_file_name.get(cx).is_empty() {
             pen.button("save", "Save the map");
         }
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
-        let file = self.file.get(cx);
+        let file = self.map_file.map_file_name.get(cx);
         if gesture.pressed("save") && !file.is_empty() {
             info!(cx, "{} asks to save the map to {}", gesture.by(), file.as_str());
             self.save(cx);

@@ -4,8 +4,8 @@
 use jde_schema::prelude::*;
 use jde_schema::types::Ahead;
 
-/// Brakes the base while an obstacle is in a very close area ahead, and while it does not see that area: without a scan, and
-/// while no beam into the area measures anything. So it does not let go when the laser dies.
+/// Brakes the base while an obstacle is in a very close area ahead, and while it does not see that area: without a
+/// scan, and while no beam measures anything in the area. So it goes on braking when the laser fails.
 #[derive(Describe)]
 #[schema(motor, period = "200ms", budget = "20ms")]
 pub struct Stop {

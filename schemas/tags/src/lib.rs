@@ -4,9 +4,9 @@
 mod panel;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{CameraInfo, Point, Pose, Quaternion, TagDetection, TagDetections};
+use jde_schema::types::{Point, Pose, Quaternion, TagDetection, TagDetections};
 use jde_tags::{Detection, Detector, Gray, Pinhole};
-use jde_vision::{CameraGeometry, CameraModel, Pixels};
+use jde_vision::{CameraGeometry, CameraModel, CameraPorts, Pixels};
 
 /// The families of tags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
@@ -31,31 +31,22 @@ pub struct Tags {
     /// The pictures, encoded as "rgb8", "bgr8" or "mono8".
     #[import]
     image: Import<Image>,
-    /// The calibration of the camera, as the camera states it beside its pictures. It counts before `calibration`.
-    #[import(optional)]
-    camera_info: Import<CameraInfo>,
+    #[ports]
+    camera: CameraPorts,
     /// The family of the tags: `tag36h11`, `tag25h9` or `tag16h5`.
     #[modulation(default = Family::Tag36h11)]
     family: Modulation<Family>,
     /// Side of a tag, from one outer edge of its black border to the other.
     #[modulation(default = 0.16, unit = "m", min = 0.001, max = 100.0)]
     size: Modulation<f64>,
-    /// The calibration file of the camera, as ROS's `camera_calibration` writes it. It counts before `field_of_view`.
-    #[modulation(default = "", unit = "file", fixed)]
-    calibration: Modulation<Text<1024>>,
-    /// Whether the pictures are rectified, without distortion; otherwise they are as the camera takes them.
-    #[modulation(default = Flag::FALSE, fixed)]
-    rectified: Modulation<Flag>,
-    /// Horizontal field of view of a camera without calibration.
-    #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
-    field_of_view: Modulation<f64>,
-    /// Most bits of a tag that may be read wrongly. More find more tags, and more that are none.
+    /// Most bits of a tag that may be read wrongly. A larger number finds more tags, and more false ones.
     #[modulation(default = 1, max = 3)]
     hamming: Modulation<u32>,
     /// Least difference between the black and white cells of a tag, as the margin of a detection.
     #[modulation(default = 20.0, min = 0.0)]
     margin: Modulation<f64>,
-    /// Of how many columns and rows one is searched. 2 needs a quarter of the time, and misses small tags.
+    /// Distance between the columns and rows that are searched, in pixels. 2 takes a quarter of the time of 1, and
+    /// misses small tags.
     #[modulation(default = 1, min = 1, max = 8)]
     step: Modulation<u32>,
     /// The tags. Retracted while there are no pictures or a bound `camera_info` has no value, and while it sleeps.
@@ -72,11 +63,11 @@ pub struct Tags {
 }
 
 /// Most tags that are published.
-const MOST: usize = Seq::<TagDetection, 32>::CAPACITY;
+const MAX_TAGS: usize = Seq::<TagDetection, 32>::CAPACITY;
 
 impl Schema for Tags {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.geometry = self.read_geometry(cx)?;
+        self.geometry = self.camera.geometry(cx)?;
         // What was seen before a sleep is out of date.
         self.last = None;
         Ok(())
@@ -88,9 +79,7 @@ impl Schema for Tags {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let stated = self.camera_info.get(cx);
-        let is_unknown = self.camera_info.is_bound(cx) && stated.is_none();
-        let Some(image) = self.image.get(cx).filter(|_| !is_unknown) else {
+        let Some(image) = self.image.get(cx).filter(|_| !self.camera.is_unknown(cx)) else {
             if self.last.take().is_some() {
                 self.tags.retract(cx);
                 self.found.clear();
@@ -108,9 +97,7 @@ impl Schema for Tags {
         self.detector.step = self.step.get(cx) as usize;
         let picture = Gray::new(size, &self.pixels).expect("a byte was read for each pixel");
         let (margin, side) = (self.margin.get(cx), self.size.get(cx));
-        let camera = self
-            .geometry
-            .camera(size, stated.as_deref(), self.field_of_view.get(cx))?;
+        let camera = self.camera.model(cx, &self.geometry, size)?;
         let clear = self
             .detector
             .detect(&picture)
@@ -121,8 +108,8 @@ impl Schema for Tags {
             .extend(clear.filter_map(|tag| placed(&tag, &camera, side)));
         let tags = TagDetections {
             header: image.header,
-            left_out: self.found.len().saturating_sub(MOST) as u32,
-            tags: self.found.iter().take(MOST).copied().collect(),
+            left_out: self.found.len().saturating_sub(MAX_TAGS) as u32,
+            tags: self.found.iter().take(MAX_TAGS).copied().collect(),
             ..TagDetections::default()
         };
         self.tags.write_at(cx, tags, image.time());
@@ -132,16 +119,11 @@ impl Schema for Tags {
 
 impl Inspect for Tags {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.calibration, self.read_geometry(cx));
+        self.camera.inspect(cx, problems);
     }
 }
 
 impl Tags {
-    fn read_geometry(&self, cx: &Context) -> Result<CameraGeometry> {
-        let file = self.calibration.get(cx);
-        Ok(CameraGeometry::new(file.as_str(), self.rectified.get(cx).get())?)
-    }
-
     /// Reads the brightness of an image, and returns its columns and rows.
     fn read(&mut self, image: &Image) -> Result<[usize; 2], String> {
         let [width, height, step] = [image.width, image.height, image.step].map(|number| number as usize);

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Result, bail, ensure};
 
-use super::{FILE, OUT, PARTS, Trial, kill, poll, processes_with};
+use super::{FILE, OUT_FOLDER, PARTS, Trial, kill, poll, processes_with};
 use crate::python::Environment;
 use crate::shell;
 use crate::step::StepOutcome;
@@ -49,7 +49,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let mut example = Command::new(&python);
     example
         .arg(context.root.join(EXAMPLE))
-        .args([FILE, OUT, "--parts", &PARTS.to_string()])
+        .args([FILE, OUT_FOLDER, "--parts", &PARTS.to_string()])
         .args(SCHEDULER);
     let mut example = trial.spawn("example", &mut example)?;
 

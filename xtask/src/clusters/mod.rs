@@ -39,8 +39,8 @@ distance = "distance"
 /// The file of the experiment, in the folder of a trial.
 const FILE: &str = "drives.toml";
 /// The folders of one machine's results and of the cluster's.
-const LOCAL: &str = "local";
-const OUT: &str = "out";
+const LOCAL_FOLDER: &str = "local";
+const OUT_FOLDER: &str = "out";
 /// The parts, of 15 drives each: enough that a process can be killed between the first result and the last.
 const PARTS: usize = 4;
 /// The limit of each wait: twenty times what a whole trial takes.
@@ -87,7 +87,7 @@ impl<'c> Trial<'c> {
         let application = context.root.join("apps/safe-navigation.toml");
         let text = EXPERIMENT.replace("APPLICATION", &application.display().to_string());
         fs::write(trial.folder.join(FILE), text)?;
-        trial.read(Command::new("jde").args(["experiment", FILE, "--out", LOCAL]))?;
+        trial.read(Command::new("jde").args(["experiment", FILE, "--out", LOCAL_FOLDER]))?;
         Ok(trial)
     }
 
@@ -119,7 +119,9 @@ impl<'c> Trial<'c> {
 
     /// Returns the folder of a part.
     fn part(&self, part: usize) -> PathBuf {
-        self.folder.join(OUT).join(format!("part-{part}-of-{PARTS}"))
+        self.folder
+            .join(OUT_FOLDER)
+            .join(format!("part-{part}-of-{PARTS}"))
     }
 
     /// Whether a part has a result.
@@ -135,7 +137,10 @@ impl<'c> Trial<'c> {
     /// Compares the cluster's results with those of one machine.
     fn compare(&self) -> Result<()> {
         for file in ["results.jsonl", "results.csv", "junit.xml", "report.html"] {
-            let (local, cluster) = (Path::new(LOCAL).join(file), Path::new(OUT).join("all").join(file));
+            let (local, cluster) = (
+                Path::new(LOCAL_FOLDER).join(file),
+                Path::new(OUT_FOLDER).join("all").join(file),
+            );
             let read = |path: &Path| {
                 let path = self.folder.join(path);
                 fs::read(&path).with_context(|| format!("cannot read {}", path.display()))

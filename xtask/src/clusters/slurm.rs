@@ -8,7 +8,7 @@ use std::process::Command;
 
 use anyhow::{Result, ensure};
 
-use super::{FILE, OUT, PARTS, Trial, kill, poll, processes_with};
+use super::{FILE, OUT_FOLDER, PARTS, Trial, kill, poll, processes_with};
 use crate::prerequisites;
 use crate::shell::{self, ChildGuard};
 use crate::step::StepOutcome;
@@ -27,13 +27,13 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let file = trial.folder.join("slurm.conf");
     trial.variables.push(("SLURM_CONF", file.into()));
     let _daemons = start_daemons(&trial)?;
-    fs::create_dir(trial.folder.join(OUT))?;
+    fs::create_dir(trial.folder.join(OUT_FOLDER))?;
     let mut array = Command::new("sbatch");
     array
         .args(["--parsable", "--output=part-%a.log"])
         .arg(format!("--array=1-{PARTS}"))
         .arg(context.root.join(EXAMPLE))
-        .args([FILE, OUT]);
+        .args([FILE, OUT_FOLDER]);
     let array = trial.read(&mut array)?;
     let array = array.trim();
     // It begins when no task is left, not even one that has returned to the queue.
@@ -43,7 +43,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         .arg(format!("--dependency=afterany:{array}"))
         .arg("--wrap")
         .arg(format!(
-            "jde experiment merge {OUT}/part-*-of-{PARTS} --out {OUT}/all"
+            "jde experiment merge {OUT_FOLDER}/part-*-of-{PARTS} --out {OUT_FOLDER}/all"
         ));
     let mut merge = trial.spawn("sbatch", &mut merge)?;
 
@@ -54,7 +54,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         );
         Ok(trial.has_begun(VICTIM).then_some(()))
     })?;
-    let folder = format!("{OUT}/part-{VICTIM}-of-{PARTS}");
+    let folder = format!("{OUT_FOLDER}/part-{VICTIM}-of-{PARTS}");
     let victim = processes_with("cmdline", &folder)?;
     ensure!(victim.len() == 1, "{} processes write {folder}", victim.len());
     kill(&victim);

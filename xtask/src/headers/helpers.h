@@ -29,7 +29,7 @@
 /** A jde_port of a kind. Fields that a kind does not use are NULL, JDE_UNBOUNDED or 0. */
 #define JDE_PORT(kind, name, doc, unit, type, initial, min, max, validity_ns, flags, child, choices, choice_count)      \
     {(uint32_t)sizeof(jde_port), kind, name, doc, unit, &(type), initial, min, max, validity_ns, flags, child, choices, \
-     choice_count, 0u}
+     choice_count, 0u, 0}
 /** A jde_port that reads a variable of another schema; `type` is a jde_type. */
 #define JDE_PORT_IMPORT(name, doc, type, flags) \
     JDE_PORT(JDE_IMPORT, name, doc, "", type, NULL, JDE_UNBOUNDED, JDE_UNBOUNDED, 0u, flags, 0u, NULL, 0u)
@@ -135,7 +135,7 @@ static inline Result jde_guarded(const jde_host *host, jde_context *context, Res
     } catch (const std::exception &thrown) {
         host->fail(context, thrown.what(), strlen(thrown.what()));
     } catch (...) {
-        static const char reason[] = "it threw what is no std::exception";
+        static const char reason[] = "it threw something that is not a std::exception";
         host->fail(context, reason, sizeof reason - 1u);
     }
     return fallback;

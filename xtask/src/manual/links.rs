@@ -10,7 +10,7 @@ use super::files_below;
 use crate::tidy::links::resolve;
 
 /// Pages that mdBook makes for itself.
-const OWN: &[&str] = &["404.html", "toc.html"];
+const OWN_PAGES: &[&str] = &["404.html", "toc.html"];
 
 /// Checks all pages. Prints each link that leads nowhere; any is an error.
 pub(super) fn check(book: &Path) -> Result<()> {
@@ -20,7 +20,10 @@ pub(super) fn check(book: &Path) -> Result<()> {
         pages.insert(name, fs::read_to_string(&file)?);
     }
     let mut broken = 0;
-    for (name, text) in pages.iter().filter(|(name, _)| !OWN.contains(&name.as_str())) {
+    for (name, text) in pages
+        .iter()
+        .filter(|(name, _)| !OWN_PAGES.contains(&name.as_str()))
+    {
         for link in attributes(text, "href").chain(attributes(text, "src")) {
             if !leads_somewhere(link, name, &pages, book) {
                 println!("{name}: the link {link} leads nowhere");

@@ -81,7 +81,13 @@ fn make(root: &Path, paint: Paint) -> Result<PathBuf> {
     project_files::empty(&source)?;
     project_files::copy(
         root,
-        &["README.md", "CHANGELOG.md", "docs", "scenarios/README.md"],
+        &[
+            "README.md",
+            "CHANGELOG.md",
+            "CONTRIBUTING.md",
+            "docs",
+            "scenarios/README.md",
+        ],
         &source,
     )?;
     let linked = linked_files(&source)?;

@@ -15,7 +15,7 @@ const LIST: &str = "docs/README.md";
 /// Returns the parts of the book: the title of each table, and its pages.
 pub(super) fn parts(source: &Path) -> Result<Vec<(String, Vec<Chapter>)>> {
     let list = fs::read_to_string(source.join(LIST))?;
-    let first = ["README.md", "CHANGELOG.md", LIST].map(|path| chapter(source, path));
+    let first = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", LIST].map(|path| chapter(source, path));
     let first = first.into_iter().collect::<Result<_>>()?;
     let mut parts = vec![("jde".to_owned(), first)];
     for (title, paths) in tables(&list) {

@@ -1,5 +1,6 @@
 //! The packages of Debian: `jde` for those who run robots, `libjde0` for programs that run applications, `libjde-dev` for
-//! those who write plugins and such programs, `python3-jde` for those who use Python.
+//! those who write plugins and such programs, `python3-jde` for those who use Python, and `jde-dbgsym` with the symbols of
+//! all of them.
 
 use std::fmt::Write as _;
 use std::fs::{self, Permissions};
@@ -58,6 +59,7 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
     // Debian's tools know the trees of packages by this folder.
     let [main, library, development, python] =
         ["jde", "libjde0", "libjde-dev", "python3-jde"].map(|name| work.join("debian").join(name));
+    let symbols = release.symbols();
     fs::create_dir_all(&main)?;
     shell::read(
         Command::new("cp")
@@ -173,6 +175,20 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
                 ],
             },
         ),
+        (
+            symbols,
+            Package {
+                name: "jde-dbgsym",
+                section: "debug",
+                relations: format!("Depends: jde (= {version})\nAuto-Built-Package: debug-symbols\n"),
+                description: [
+                    "robot behaviours that run side by side (symbols)",
+                    "This package contains the names and the lines of the program, of its plugins, of the library and of the \
+                 module for Python. With it, debuggers and backtraces name the line of each call.",
+                ],
+                control: &[],
+            },
+        ),
     ];
     let mut files = Vec::new();
     for (tree, package) in &packages {
@@ -187,30 +203,12 @@ impl Package {
     fn write(&self, release: &Release<'_>, version: &str, tree: &Path) -> Result<PathBuf> {
         let maintainer = maintainer(release.root)?;
         let doc = tree.join("usr/share/doc").join(self.name);
-        fs::create_dir_all(&doc)?;
-        let licence = fs::read_to_string(release.root.join("LICENSE-MIT"))?;
-        let date = |form| {
-            let time = format!("--date=@{}", release.time);
-            shell::read(
-                Command::new("date")
-                    .args(["--utc", form, &time])
-                    .env("LC_ALL", "C"),
-            )
-        };
-        let tags = fs::read_to_string(release.root.join(TAGS))?;
-        fs::write(
-            doc.join("copyright"),
-            copyright(&licence, &tags, date("+%Y")?.trim())?,
-        )?;
-        let date = date("--rfc-email")?;
-        let changes = format!(
-            "jde ({version}) unstable; urgency=medium\n\n  * Version {}: changelog.gz lists its changes.\n\n -- {maintainer}  {date}",
-            release.version
-        );
-        fs::copy(release.root.join("CHANGELOG.md"), doc.join("changelog"))?;
-        fs::write(doc.join("changelog.Debian"), changes)?;
-        for file in ["changelog", "changelog.Debian"] {
-            prefix::gzip(&doc.join(file))?;
+        if self.section == "debug" {
+            // Debian wants nothing but symbols in such a package, and the package on which it depends has the rest.
+            fs::create_dir_all(tree.join("usr/share/doc"))?;
+            symlink("jde", &doc)?;
+        } else {
+            write_doc(release, version, &maintainer, &doc)?;
         }
         let debian = tree.join("DEBIAN");
         fs::create_dir_all(&debian)?;
@@ -264,6 +262,36 @@ impl Package {
         shell::run(pack.env("SOURCE_DATE_EPOCH", &release.time), release.paint)?;
         Ok(file)
     }
+}
+
+/// Writes the files that Debian requires of a package: its licences and its changes.
+fn write_doc(release: &Release<'_>, version: &str, maintainer: &str, doc: &Path) -> Result<()> {
+    fs::create_dir_all(doc)?;
+    let licence = fs::read_to_string(release.root.join("LICENSE-MIT"))?;
+    let date = |form| {
+        let time = format!("--date=@{}", release.time);
+        shell::read(
+            Command::new("date")
+                .args(["--utc", form, &time])
+                .env("LC_ALL", "C"),
+        )
+    };
+    let tags = fs::read_to_string(release.root.join(TAGS))?;
+    fs::write(
+        doc.join("copyright"),
+        copyright(&licence, &tags, date("+%Y")?.trim())?,
+    )?;
+    let date = date("--rfc-email")?;
+    let changes = format!(
+        "jde ({version}) unstable; urgency=medium\n\n  * Version {}: changelog.gz lists its changes.\n\n -- {maintainer}  {date}",
+        release.version
+    );
+    fs::copy(release.root.join("CHANGELOG.md"), doc.join("changelog"))?;
+    fs::write(doc.join("changelog.Debian"), changes)?;
+    for file in ["changelog", "changelog.Debian"] {
+        prefix::gzip(&doc.join(file))?;
+    }
+    Ok(())
 }
 
 /// Returns the name and the address of whoever makes the packages, as Debian's tools do: `DEBFULLNAME` and

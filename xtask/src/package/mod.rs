@@ -5,6 +5,7 @@
 mod deb;
 mod prefix;
 pub(crate) mod python;
+mod symbols;
 mod third_party;
 pub(crate) mod trial;
 mod wheel;
@@ -55,6 +56,13 @@ struct Release<'r> {
     /// How hard `xz` compresses: little what is only tried.
     level: &'static str,
     paint: Paint,
+}
+
+impl Release<'_> {
+    /// Returns the tree of the symbols of all programs, from the root of a system.
+    fn symbols(&self) -> PathBuf {
+        self.folder.join("symbols")
+    }
 }
 
 /// Makes the packages, and prints the path and the size of each.

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result};
 
-use super::{Release, python, third_party};
+use super::{Release, python, symbols, third_party};
 use crate::metadata::{Kind, Package};
 use crate::{project_files, shell};
 
@@ -16,6 +16,7 @@ use crate::{project_files, shell};
 const DATA: &[&str] = &[
     "README.md",
     "CHANGELOG.md",
+    "CONTRIBUTING.md",
     "LICENSE-APACHE",
     "LICENSE-MIT",
     "apps",
@@ -42,11 +43,14 @@ const COMPLETIONS: &[(&str, &str)] = &[
     ("zsh", "share/zsh/vendor-completions/_jde"),
 ];
 
-/// Writes the tree. Returns its folder, whose name states the version and the kind of machine.
+/// Writes the tree, and the symbols of its programs into the tree of `release`. Returns its folder, whose name states the
+/// version and the kind of machine.
 pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -> Result<PathBuf> {
     let name = format!("jde-{}-{}-linux", release.version, std::env::consts::ARCH);
     let prefix = release.folder.join(name);
     project_files::empty(&prefix)?;
+    project_files::empty(&release.symbols())?;
+    let install_stripped = |from: &Path, to: &Path| symbols::install_stripped(from, to, &release.symbols());
     let executable = prefix.join("bin/jde");
     install_stripped(&built.join("jde"), &executable)?;
     for plugin in plugins {
@@ -87,14 +91,6 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
             .arg(&prefix),
     )?;
     Ok(prefix)
-}
-
-/// Copies a program or a library without its symbols.
-fn install_stripped(from: &Path, to: &Path) -> Result<()> {
-    fs::create_dir_all(to.parent().unwrap_or(to))?;
-    let mut strip = Command::new("strip");
-    strip.args(["--strip-unneeded", "-o"]).arg(to).arg(from);
-    shell::read(&mut strip).map(drop)
 }
 
 /// Copies the crates with which users write plugins in Rust. Their manifests refer to that of the workspace, so

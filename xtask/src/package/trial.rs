@@ -23,10 +23,10 @@ const PATIENCE: Duration = Duration::from_secs(600);
 
 /// What `lintian` may find: nobody has asked Debian to accept the packages, and what it takes for a copy of libyaml is
 /// one in Rust.
-const ACCEPTED: &str = "initial-upload-closes-no-bugs,embedded-library";
+const ACCEPTED_TAGS: &str = "initial-upload-closes-no-bugs,embedded-library";
 
 /// What the fresh system has beside a minimal Debian: what the documentation tells users of C, C++ and Python to install.
-const INCLUDED: &str = "cmake,g++,make,python3-pytest,python3-venv,xz-utils";
+const INCLUDED_PACKAGES: &str = "cmake,g++,make,python3-pytest,python3-venv,xz-utils";
 
 /// The demonstration, as a user without rights who has a folder of its own.
 const DEMO: &str = "cd $(setpriv --reuid=65534 --clear-groups mktemp -d) && \
@@ -63,6 +63,15 @@ for app in /usr/share/jde/apps/*.toml; do jde check $app > /dev/null; done
 test -f /usr/share/man/man1/jde-run.1.gz
 cd $(mktemp -d)
 jde new app patrol && cd patrol && jde test";
+
+/// Every program and library has its symbols, which name a line of the source.
+const SYMBOLS: &str = "set -e
+for file in /usr/bin/jde /usr/lib/jde/*.so /usr/lib/libjde.so.0 /usr/lib/python3/dist-packages/jde/_jde.abi3.so; do
+    id=$(readelf --notes $file | sed -n 's/.*Build ID: //p')
+    symbols=/usr/lib/debug/.build-id/${id%${id#??}}/${id#??}.debug
+    address=$(nm $symbols | awk '/ t .*jde/ { print $1; exit }')
+    addr2line -e $file $address | grep -q '[.]rs:[0-9]' || { echo $file has no lines; exit 1; }
+done";
 
 /// Schemas in each language but Rust, which this system lacks: built, tested and run as their READMEs say.
 const SCHEMAS: &str = "set -e
@@ -107,7 +116,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     };
     let mut lintian = Command::new("lintian");
     lintian
-        .args(["--fail-on", "error,warning", "--suppress-tags", ACCEPTED])
+        .args(["--fail-on", "error,warning", "--suppress-tags", ACCEPTED_TAGS])
         .args(debs);
     shell::run(&mut lintian, context.paint)?;
     let system = FreshSystem::new(context)?;
@@ -120,6 +129,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let installed =
         digest(&system.sh(&DEMO.replace("$JDE", "jde"))?).context("the demonstration ended too soon")?;
     system.sh(USE)?;
+    system.sh(SYMBOLS)?;
     let drives = |prefix: &str| {
         let driven = system.sh(&PROGRAM.replace("$PREFIX", prefix))?;
         ensure!(driven.contains("the robot is at"), "{driven}");
@@ -127,7 +137,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     };
     drives("/usr")?;
     system.sh(SCHEMAS)?;
-    system.sh("dpkg --purge libjde-dev libjde0 python3-jde jde")?;
+    system.sh("dpkg --purge jde-dbgsym libjde-dev libjde0 python3-jde jde")?;
     let is_same = |place: &str| {
         let drove = digest(&system.sh(&DEMO.replace("$JDE", &format!("{place}/bin/jde")))?);
         ensure!(
@@ -170,7 +180,7 @@ impl<'c> FreshSystem<'c> {
     /// Copies the system that the first trial has made. The name of its folder states what it contains.
     fn new(context: &'c Context) -> Result<Self> {
         let folder = context.target.join("package");
-        let base = folder.join(format!("debian,{INCLUDED}"));
+        let base = folder.join(format!("debian,{INCLUDED_PACKAGES}"));
         let root = folder.join("root");
         if !base.exists() {
             let release = fs::read_to_string("/etc/os-release")?;
@@ -182,7 +192,7 @@ impl<'c> FreshSystem<'c> {
             let mut debootstrap = Command::new("debootstrap");
             debootstrap
                 .arg("--variant=minbase")
-                .arg(format!("--include={INCLUDED}"))
+                .arg(format!("--include={INCLUDED_PACKAGES}"))
                 .arg(name.context("/etc/os-release names no release")?)
                 .arg(&unfinished);
             shell::run(&mut debootstrap, context.paint)?;

@@ -6,7 +6,7 @@ use super::tree::Violation;
 use crate::metadata::{Kind, Metadata};
 
 /// Licences that shipped libraries may have.
-const ALLOWED: &[&str] = &[
+const ALLOWED_LICENCES: &[&str] = &[
     "0BSD",
     "Apache-2.0",
     "BSD-1-Clause",
@@ -26,7 +26,7 @@ const ALLOWED: &[&str] = &[
 const ALLOWED_FOR_FONTS: &[&str] = &["OFL-1.1", "Ubuntu-font-1.0"];
 
 /// Shipped libraries with other licences, each assessed individually.
-const REVIEWED: &[(&str, &str)] = &[
+const REVIEWED_LIBRARIES: &[(&str, &str)] = &[
     // Helpers of a few lines that Zenoh uses. The licence covers the library's own files, which are shipped
     // unchanged.
     ("option-ext", "MPL-2.0"),
@@ -52,10 +52,10 @@ pub(super) fn check(metadata: &Metadata) -> Vec<Violation> {
         let is_shipped = shipped.contains(id);
         let is_font = package.name.contains("font");
         let fits = |licence: &str| {
-            ALLOWED.contains(&licence)
+            ALLOWED_LICENCES.contains(&licence)
                 || (is_font && ALLOWED_FOR_FONTS.contains(&licence))
                 || (!is_shipped && ALLOWED_FOR_DEVELOPMENT.contains(&licence))
-                || REVIEWED.contains(&(package.name.as_str(), licence))
+                || REVIEWED_LIBRARIES.contains(&(package.name.as_str(), licence))
         };
         let licence = package.license.as_deref().unwrap_or("none");
         if !satisfies(licence, &fits) {
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     fn met(expression: &str) -> bool {
-        satisfies(expression, &|licence| ALLOWED.contains(&licence))
+        satisfies(expression, &|licence| ALLOWED_LICENCES.contains(&licence))
     }
 
     #[test]

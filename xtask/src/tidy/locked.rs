@@ -10,10 +10,9 @@ const NEVER_PANIC: &[&str] = &[
     "runtime/host/src/engine/rules/",
     "runtime/host/src/exec/supervisor.rs",
     "runtime/host/src/stalls.rs",
-    "programs/jde/src/log/",
-    "programs/jde/src/queue.rs",
-    "programs/jde/src/session/collector.rs",
-    "programs/jde/src/terminal/",
+    "programs/session/src/log/",
+    "programs/session/src/run/collector.rs",
+    "programs/terminal/",
     "observe/link/src/server/events.rs",
     "observe/link/src/server/stop_socket.rs",
 ];
@@ -30,7 +29,7 @@ const PANICS: &[&str] = &[
 const UNDER_LOCK: &[&str] = &[
     "runtime/host/src/engine/operators/",
     "runtime/host/src/engine/rules/",
-    "programs/jde/src/session/collector.rs",
+    "programs/session/src/run/collector.rs",
 ];
 const LOGS_AFTER: &str = "runtime/host/src/engine/rules/messages.rs";
 /// Whatever logs.

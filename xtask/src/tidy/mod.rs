@@ -1,7 +1,9 @@
 //! The checks that rustfmt and clippy cannot make. Each check is a function in a file of its own. It reads
 //! the tree and reports what is wrong, where, and what to do. No check changes anything.
 
+mod cells;
 mod events;
+mod features;
 pub(crate) mod fences;
 mod first_command;
 mod floors;
@@ -39,8 +41,10 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
     let metadata = Metadata::with_dependencies(root)?;
     let mut found = [
         layering::check(&tree, &metadata),
+        cells::check(&tree),
         events::check(&tree),
         fences::check(&tree),
+        features::check(&tree, &metadata),
         first_command::check(&tree)?,
         header::check(&tree),
         honest_tests::check(&tree),

@@ -1,4 +1,4 @@
-//! The rows of the table, in its order. Each measures one claim, which `docs/drivers/ros2-figures.md` explains.
+//! The rows of the table, in its order. Each measures one claim, which `docs/figures/ros2.md` explains.
 
 mod arbiter;
 mod many;

@@ -2,16 +2,17 @@
 //! command may still be in force (R9).
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_abi::describe::{Kind, Role};
-use jde_app::{Binding, InstanceConfig};
+use jde_app::{Binding, InstanceConfig, InstancePort};
 use jde_board::{Access, Reader, Variable, Watch};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_host::Handle;
+use parking_lot::Mutex;
 
 use super::history::AuthorityStatus;
-use super::{ObserverState, Tamper, lock};
+use super::{ObserverState, Tamper};
 use crate::case::Clock;
 
 /// Longest time until a group's brake is visible under load, ns: a patience and scheduling delays.
@@ -21,7 +22,7 @@ const SLACK: Nanos = 250_000_000;
 #[derive(Default)]
 pub(crate) struct Commands {
     ports: BTreeMap<String, CommandPort>,
-    motors: Vec<bool>,
+    motors: Table<SchemaId, bool>,
     issued: Vec<IssuedCommand>,
     closed: bool,
     /// Hides brakes, to test the observer.
@@ -32,7 +33,7 @@ pub(crate) struct Commands {
 struct CommandPort {
     neutral: Vec<u8>,
     /// The schemas bound to it.
-    commanders: Vec<usize>,
+    commanders: Vec<SchemaId>,
     newest: Option<IssuedCommand>,
     /// The time since which the newest command is in force although its schema does not hold authority and no
     /// winner commands the same.
@@ -43,7 +44,7 @@ struct CommandPort {
 #[derive(Clone, Debug)]
 struct IssuedCommand {
     port: String,
-    writer: u32,
+    writer: SchemaId,
     sequence: u64,
     time: Nanos,
     observed_at: Nanos,
@@ -55,7 +56,7 @@ impl Commands {
     /// Watches the commands of an application from the first one on.
     pub(super) fn watch(shared: &Arc<Mutex<Self>>, handle: &Handle, tamper: Option<Tamper>) -> Vec<Watch> {
         let application = handle.application();
-        let mut commands = lock(shared);
+        let mut commands = shared.lock();
         commands.hides_brakes = tamper == Some(Tamper::Brake);
         commands.motors = application
             .instances
@@ -80,7 +81,7 @@ impl Commands {
             let (shared, handle) = (Arc::downgrade(shared), handle.clone());
             watches.push(variable.watch(move || {
                 if let Some(shared) = shared.upgrade() {
-                    lock(&shared).record(&name, handle.now());
+                    shared.lock().record(&name, handle.now());
                 }
             }));
         }
@@ -101,13 +102,12 @@ impl Commands {
                 continue;
             }
             if state.take_tamper(Tamper::Stranger) {
-                command.writer = (0..self.motors.len() as u32)
-                    .find(|other| {
-                        self.is_motor(*other) && !state.history.held_authority(*other as usize, 0, now)
-                    })
+                let mut others = self.motors.ids();
+                command.writer = others
+                    .find(|other| self.is_motor(*other) && !state.history.held_authority(*other, 0, now))
                     .unwrap_or(command.writer);
             }
-            let writer = command.writer as usize;
+            let writer = command.writer;
             let had_authority = state
                 .history
                 .held_authority(writer, command.time, command.observed_at);
@@ -120,7 +120,7 @@ impl Commands {
             }
         }
         let motors = &self.motors;
-        let is_motor = |writer: u32| motors.get(writer as usize).copied().unwrap_or(false);
+        let is_motor = |writer: SchemaId| motors.get(writer).copied().unwrap_or(false);
         for (name, port) in &mut self.ports {
             let in_force = port
                 .newest
@@ -130,9 +130,9 @@ impl Commands {
                 port.orphan = None;
                 continue;
             };
-            let status = state.history.status(newest.writer as usize, newest.time, now);
+            let status = state.history.status(newest.writer, newest.time, now);
             let reason = match status {
-                AuthorityStatus::Orphan(group) => format!("R9: group {group} has no winner"),
+                AuthorityStatus::Orphan(group) => format!("R9: group {} has no winner", group.0),
                 AuthorityStatus::TakenOver(winner) => {
                     let mut commanders = port.commanders.iter();
                     if commanders.any(|commander| state.history.is_of(*commander, winner)) {
@@ -148,7 +148,7 @@ impl Commands {
             };
             let since = *port.orphan.get_or_insert(now);
             if state.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
-                let writer = state.name(newest.writer as usize).to_owned();
+                let writer = state.name(newest.writer).to_owned();
                 state.report(format!(
                     "{reason}, and a command of `{writer}` to `{name}` is in force, at {:.6} s",
                     now as f64 / 1e9
@@ -168,8 +168,8 @@ impl Commands {
             .any(|newest| !newest.neutral && newest.valid_until >= now)
     }
 
-    fn is_motor(&self, writer: u32) -> bool {
-        self.motors.get(writer as usize).copied().unwrap_or(false)
+    fn is_motor(&self, writer: SchemaId) -> bool {
+        self.motors.get(writer).copied().unwrap_or(false)
     }
 
     fn record(&mut self, name: &str, observed_at: Nanos) {
@@ -181,7 +181,7 @@ impl Commands {
         };
         let command = port.reader.latch(observed_at).map(|latched| IssuedCommand {
             port: name.to_owned(),
-            writer: latched.stamp.writer,
+            writer: SchemaId(latched.stamp.writer),
             sequence: latched.stamp.sequence,
             time: latched.stamp.time,
             observed_at,
@@ -207,18 +207,19 @@ impl Commands {
 }
 
 /// The schemas that are bound to a command.
-fn commanders_of(handle: &Handle, variable: &Variable) -> Vec<usize> {
+fn commanders_of(handle: &Handle, variable: &Variable) -> Vec<SchemaId> {
     let declared = variable.describe();
     let application = handle.application();
     let target = application.instance(&declared.owner).and_then(|owner| {
         let mut ports = application.instances[owner].schema.ports.iter();
-        Some((owner, ports.position(|port| port.name == declared.name)?))
+        let port = ports.position(|port| port.name == declared.name)?;
+        Some(InstancePort::new(owner, port))
     });
-    let bound = |(_, instance): &(usize, &InstanceConfig)| {
+    let bound = |(_, instance): &(SchemaId, &InstanceConfig)| {
         let actuator = |binding: &Binding| matches!(binding, Binding::Actuator { target: bound_to } if *bound_to == target);
         target.is_some() && instance.bindings.iter().any(actuator)
     };
-    let instances = application.instances.iter().enumerate().filter(bound);
+    let instances = application.instances.entries().filter(bound);
     instances.map(|(index, _)| index).collect()
 }
 

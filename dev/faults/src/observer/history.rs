@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use jde_core::{GroupId, Nanos, SchemaId, Spec, State};
+use jde_core::{GroupId, Nanos, SchemaId, Spec, State, Table};
 
 /// Spans of authority stored per schema: more than occur between two judgements.
 const MAX_SPANS: usize = 64;
@@ -11,12 +11,12 @@ const MAX_SPANS: usize = 64;
 /// The history since the start.
 #[derive(Debug, Default)]
 pub(crate) struct History {
-    spans: Vec<VecDeque<(Nanos, Option<Nanos>)>>,
-    states: Vec<State>,
-    holds: BTreeMap<usize, Nanos>,
-    group_of: Vec<Option<usize>>,
-    fathers: Vec<Option<usize>>,
-    members: Vec<Vec<usize>>,
+    spans: Table<SchemaId, VecDeque<(Nanos, Option<Nanos>)>>,
+    states: Table<SchemaId, State>,
+    holds: BTreeMap<GroupId, Nanos>,
+    group_of: Table<SchemaId, Option<GroupId>>,
+    fathers: Table<GroupId, Option<SchemaId>>,
+    members: Table<GroupId, Vec<SchemaId>>,
 }
 
 /// The status of the authority behind a command.
@@ -26,31 +26,22 @@ pub(crate) enum AuthorityStatus {
     Holds,
     /// This schema won instead, and has not commanded yet. Correct if the schema or one of its
     /// descendants commands the same (R7).
-    TakenOver(usize),
+    TakenOver(SchemaId),
     /// No schema won, and the group holds its last command for a time (R9).
     HeldByPolicy,
     /// No schema won in this group, which should have braked (R9).
-    Orphan(usize),
+    Orphan(GroupId),
 }
 
 impl History {
     /// Reads the hierarchy.
     pub(crate) fn begin(&mut self, spec: &Spec) {
-        let count = spec.schemas.len();
-        self.spans = vec![VecDeque::new(); count];
-        self.states = vec![State::Slept; count];
-        self.group_of = vec![None; count];
-        self.fathers = spec
-            .groups
-            .iter()
-            .map(|group| group.father.map(SchemaId::index))
-            .collect();
-        self.members = spec
-            .groups
-            .iter()
-            .map(|group| group.members.iter().map(|member| member.index()).collect())
-            .collect();
-        for (group, members) in self.members.iter().enumerate() {
+        self.spans = spec.schemas.map_ids(|_| VecDeque::new());
+        self.states = spec.schemas.map_ids(|_| State::Slept);
+        self.group_of = spec.schemas.map_ids(|_| None);
+        self.fathers = spec.groups.iter().map(|group| group.father).collect();
+        self.members = spec.groups.iter().map(|group| group.members.clone()).collect();
+        for (group, members) in self.members.entries() {
             for member in members {
                 self.group_of[*member] = Some(group);
             }
@@ -62,7 +53,7 @@ impl History {
     }
 
     pub(crate) fn granted(&mut self, id: SchemaId, at: Nanos) {
-        let spans = &mut self.spans[id.index()];
+        let spans = &mut self.spans[id];
         if spans.back().is_some_and(|(_, end)| end.is_none()) {
             return;
         }
@@ -73,25 +64,25 @@ impl History {
     }
 
     pub(crate) fn withdrawn(&mut self, id: SchemaId, at: Nanos) {
-        if let Some((_, end @ None)) = self.spans[id.index()].back_mut() {
+        if let Some((_, end @ None)) = self.spans[id].back_mut() {
             *end = Some(at);
         }
     }
 
     pub(crate) fn changed(&mut self, id: SchemaId, to: State) {
-        self.states[id.index()] = to;
+        self.states[id] = to;
     }
 
     pub(crate) fn holds(&mut self, group: GroupId, until: Nanos) {
-        self.holds.insert(group.index(), until);
+        self.holds.insert(group, until);
     }
 
     /// A schema gains authority in a group: held commands of this group and those below end (R9).
     pub(crate) fn taken_over(&mut self, group: GroupId, at: Nanos) {
-        let groups: Vec<usize> = self.holds.keys().copied().collect();
+        let groups: Vec<GroupId> = self.holds.keys().copied().collect();
         for held in groups {
             let path = std::iter::successors(Some(held), |group| self.group_of[self.fathers[*group]?]);
-            if path.into_iter().any(|above| above == group.index())
+            if path.into_iter().any(|above| above == group)
                 && let Some(until) = self.holds.get_mut(&held)
             {
                 *until = at.min(*until);
@@ -100,13 +91,13 @@ impl History {
     }
 
     /// Whether a schema is another one or its descendant.
-    pub(crate) fn is_of(&self, schema: usize, above: usize) -> bool {
-        let father = |schema: &usize| self.fathers[self.group_of[*schema]?];
+    pub(crate) fn is_of(&self, schema: SchemaId, above: SchemaId) -> bool {
+        let father = |schema: &SchemaId| self.fathers[self.group_of[*schema]?];
         std::iter::successors(Some(schema), father).any(|ancestor| ancestor == above)
     }
 
     /// Whether the schema held authority at any instant from `from` to `to`.
-    pub(crate) fn held_authority(&self, schema: usize, from: Nanos, to: Nanos) -> bool {
+    pub(crate) fn held_authority(&self, schema: SchemaId, from: Nanos, to: Nanos) -> bool {
         let Some(spans) = self.spans.get(schema) else {
             return false;
         };
@@ -117,7 +108,7 @@ impl History {
 
     /// Whether an absence policy holds the last command of the schema or of one above it, at any instant from
     /// `from` on.
-    pub(crate) fn is_held(&self, schema: usize, from: Nanos) -> bool {
+    pub(crate) fn is_held(&self, schema: SchemaId, from: Nanos) -> bool {
         let mut at = Some(schema);
         while let Some(group) = at.and_then(|schema| self.group_of[schema]) {
             if self.holds.get(&group).is_some_and(|until| *until >= from) {
@@ -130,17 +121,17 @@ impl History {
 
     /// Whether the father of a group took over a command that was given at that time, and none of the group
     /// has won since (R7). So it is after a guard refused the command of whoever won meanwhile (R18).
-    fn father_took_over(&self, group: usize, given: Nanos) -> Option<usize> {
+    fn father_took_over(&self, group: GroupId, given: Nanos) -> Option<SchemaId> {
         let father = self.fathers[group]?;
         let (begin, end) = *self.spans[father].back()?;
-        let has_won = |member: &usize| self.spans[*member].back().is_some_and(|(won, _)| *won >= begin);
+        let has_won = |member: &SchemaId| self.spans[*member].back().is_some_and(|(won, _)| *won >= begin);
         let takes_over = end.is_none() && begin >= given && !self.members[group].iter().any(has_won);
         takes_over.then_some(father)
     }
 
     /// The status of this schema's command, given at this time. The highest group on its path in which another schema or none won
     /// determines it: groups below sleep for that reason and need not brake.
-    pub(crate) fn status(&self, writer: usize, given: Nanos, now: Nanos) -> AuthorityStatus {
+    pub(crate) fn status(&self, writer: SchemaId, given: Nanos, now: Nanos) -> AuthorityStatus {
         let mut status = AuthorityStatus::Holds;
         let mut at = Some(writer);
         while let Some((schema, group)) = at.and_then(|schema| Some((schema, self.group_of[schema]?))) {

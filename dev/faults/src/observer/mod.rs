@@ -11,13 +11,14 @@ mod tamper;
 mod values;
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use jde_board::Watch;
-use jde_core::{Health, Nanos};
+use jde_core::{Health, Nanos, SchemaId, Table};
 use jde_host::{Handle, Options, StartHook};
 use jde_records::event::{Event, Occurrence, What};
 use jde_records::turn::{Call, OnTurn, Turn, TurnKind};
+use parking_lot::Mutex;
 
 use crate::case::Clock;
 use commands::Commands;
@@ -44,12 +45,12 @@ pub const ABANDONED_AT_END: &str = "left at the end";
 pub(crate) struct ObserverState {
     pub(crate) clock: Clock,
     pub(crate) tamper: Option<Tamper>,
-    pub(crate) names: Vec<String>,
+    pub(crate) names: Table<SchemaId, String>,
     pub(crate) history: History,
     pub(crate) rhythm: PeriodMonitor,
     pub(crate) symptoms: Vec<Symptom>,
     /// Schemas that faulted and were not restarted.
-    faulted: BTreeSet<usize>,
+    faulted: BTreeSet<SchemaId>,
     violations: Vec<String>,
     /// The application is ending or has ended.
     ended: bool,
@@ -61,7 +62,7 @@ pub struct Symptom {
     /// Its time.
     pub time: Nanos,
     /// The schema's index.
-    pub schema: usize,
+    pub schema: SchemaId,
     /// The consequence: "faulted", "hung".
     pub what: &'static str,
 }
@@ -81,7 +82,7 @@ impl Observer {
         let state = ObserverState {
             clock,
             tamper,
-            names: Vec::new(),
+            names: Table::default(),
             history: History::default(),
             rhythm: PeriodMonitor::new(clock),
             symptoms: Vec::new(),
@@ -103,14 +104,14 @@ impl Observer {
         let state = Arc::clone(&self.state);
         options
             .observers
-            .push(Box::new(move |event: &Event| lock(&state).on_event(event)));
+            .push(Box::new(move |event: &Event| state.lock().on_event(event)));
         let state = Arc::clone(&self.state);
         let turns: OnTurn = Arc::new(move |turn: &Turn| {
             if matches!(turn.kind(), TurnKind::Cycled(_)) {
                 // A perceptive schema checks nothing.
                 let checked = turn.looked != Call::default();
                 let call = if checked { turn.looked } else { turn.acted };
-                lock(&state).had_turn(turn.schema as usize, call.time);
+                state.lock().had_turn(SchemaId(turn.schema), call.time);
             }
         });
         options.on_turn = Some(turns);
@@ -121,7 +122,7 @@ impl Observer {
         );
         let start_hook: StartHook = Box::new(move |handle: &Handle| {
             let application = handle.application();
-            let mut observer = lock(&state);
+            let mut observer = state.lock();
             observer.names = application
                 .instances
                 .iter()
@@ -130,7 +131,7 @@ impl Observer {
             observer.rhythm.begin(application);
             let tamper = observer.tamper;
             drop(observer);
-            let mut watches = lock(&watches);
+            let mut watches = watches.lock();
             watches.extend(Commands::watch(&commands, handle, tamper));
             watches.extend(periods::watch_drivers(&state, handle));
             Ok(())
@@ -139,13 +140,13 @@ impl Observer {
     }
 
     /// A schema is about to have a fault: from now on it may miss turns.
-    pub fn excuse(&self, schema: usize) {
-        lock(&self.state).rhythm.excuse(schema);
+    pub fn excuse(&self, schema: SchemaId) {
+        self.state.lock().rhythm.excuse(schema);
     }
 
     /// A fault of the schema has ended: from `resumes_at` on it must have turns.
-    pub fn recovers(&self, schema: usize, resumes_at: Nanos) {
-        lock(&self.state).rhythm.recovers(schema, resumes_at);
+    pub fn recovers(&self, schema: SchemaId, resumes_at: Nanos) {
+        self.state.lock().rhythm.recovers(schema, resumes_at);
     }
 
     /// Reports schemas that were not restarted long after their faults ended.
@@ -153,12 +154,12 @@ impl Observer {
         // The snapshot is taken first: the transaction observer waits for the lock of the state, so the holder of
         // that lock must not wait for the rules.
         let schemas = handle.snapshot().schemas;
-        let mut state = lock(&self.state);
-        for (index, schema) in schemas.iter().enumerate() {
+        let mut state = self.state.lock();
+        for (id, schema) in (0..).map(SchemaId).zip(&schemas) {
             let faulted = matches!(schema.health, Health::Faulted(_));
             // After many faults, the back-off is long.
             let restarts_late = schema.faults > MAX_QUICK_RESTARTS || schema.left > 0;
-            if faulted && !restarts_late && state.rhythm.must_have_turns(index, handle.now()) {
+            if faulted && !restarts_late && state.rhythm.must_have_turns(id, handle.now()) {
                 state.report(format!(
                     "recovery: `{}` was not restarted after its fault",
                     schema.name
@@ -170,9 +171,9 @@ impl Observer {
     /// Judges all that occurred until now; in lockstep, between two instants.
     pub fn judge(&mut self, handle: &Handle) {
         let now = handle.now();
-        let mut state = lock(&self.state);
-        lock(&self.commands).judge(&mut state, now);
-        self.motion.judge(&mut state, &lock(&self.commands), handle, now);
+        let mut state = self.state.lock();
+        self.commands.lock().judge(&mut state, now);
+        self.motion.judge(&mut state, &self.commands.lock(), handle, now);
         state.judge_rhythm(now);
         if state.clock == Clock::Lockstep {
             state.judge_values(handle, now);
@@ -181,33 +182,33 @@ impl Observer {
 
     /// The application is about to end. Later events are not judged.
     pub fn set_ended(&self) {
-        lock(&self.state).ended = true;
-        lock(&self.watches).clear();
-        lock(&self.commands).close();
+        self.state.lock().ended = true;
+        self.watches.lock().clear();
+        self.commands.lock().close();
     }
 
     /// Judges what can be judged only at the end. `bare` is the share of turns that a thread without an
     /// application lost although it only waited for its turns.
     pub fn conclude(&self, bare: f64) {
-        lock(&self.state).conclude_rhythm(bare);
+        self.state.lock().conclude_rhythm(bare);
     }
 
     /// The violations found so far.
     #[must_use]
     pub fn violations(&self) -> Vec<String> {
-        lock(&self.state).violations.clone()
+        self.state.lock().violations.clone()
     }
 
     /// The consequences of faults so far.
     #[must_use]
     pub fn symptoms(&self) -> Vec<Symptom> {
-        lock(&self.state).symptoms.clone()
+        self.state.lock().symptoms.clone()
     }
 
     /// The least share of its turns that a bystander had.
     #[must_use]
     pub fn min_turn_share(&self) -> Option<f64> {
-        lock(&self.state).rhythm.min_turn_share()
+        self.state.lock().rhythm.min_turn_share()
     }
 }
 
@@ -218,7 +219,7 @@ impl ObserverState {
         }
     }
 
-    pub(crate) fn name(&self, schema: usize) -> &str {
+    pub(crate) fn name(&self, schema: SchemaId) -> &str {
         self.names.get(schema).map_or("?", String::as_str)
     }
 
@@ -250,7 +251,7 @@ impl ObserverState {
     }
 
     /// Returns the schema and the name of a consequence of a fault.
-    fn symptom(&self, what: &What) -> Option<(usize, &'static str)> {
+    fn symptom(&self, what: &What) -> Option<(SchemaId, &'static str)> {
         match what {
             What::HealthChanged { schema, health } => match health {
                 Health::Faulted(_) => Some((*schema, "faulted")),
@@ -279,8 +280,4 @@ impl ObserverState {
             | What::Unknown { .. } => None,
         }
     }
-}
-
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,15 +1,16 @@
 //! Checks that every schema without an injected fault keeps its period (R11): exactly in lockstep; in real
 //! time as well as a thread without an application.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_abi::describe::{Kind, Role};
 use jde_app::Application;
 use jde_board::Watch;
-use jde_core::{Nanos, State};
+use jde_core::{Nanos, SchemaId, State, Table};
 use jde_host::Handle;
+use parking_lot::Mutex;
 
-use super::{ObserverState, Tamper, lock};
+use super::{ObserverState, Tamper};
 use crate::case::Clock;
 
 /// With fewer turns than this a bystander is not judged.
@@ -30,7 +31,7 @@ const MAX_SINGLE_TURNS: f64 = 3.0;
 /// The expected turns of all schemas.
 pub(crate) struct PeriodMonitor {
     clock: Clock,
-    schemas: Vec<TurnRecord>,
+    schemas: Table<SchemaId, TurnRecord>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -63,7 +64,7 @@ impl PeriodMonitor {
     pub(super) fn new(clock: Clock) -> Self {
         Self {
             clock,
-            schemas: Vec::new(),
+            schemas: Table::default(),
         }
     }
 
@@ -85,7 +86,7 @@ impl PeriodMonitor {
     }
 
     /// The schema may miss turns from now on.
-    pub(super) fn excuse(&mut self, schema: usize) {
+    pub(super) fn excuse(&mut self, schema: SchemaId) {
         if let Some(record) = self.schemas.get_mut(schema) {
             record.victim = true;
             record.faults += 1;
@@ -94,7 +95,7 @@ impl PeriodMonitor {
     }
 
     /// A fault has ended. After the last one, the schema must have turns from `resumes_at` on, while it is awake.
-    pub(super) fn recovers(&mut self, schema: usize, resumes_at: Nanos) {
+    pub(super) fn recovers(&mut self, schema: SchemaId, resumes_at: Nanos) {
         if let Some(record) = self.schemas.get_mut(schema) {
             record.faults = record.faults.saturating_sub(1);
             record.resumes_at = (record.faults == 0).then_some(resumes_at);
@@ -102,7 +103,7 @@ impl PeriodMonitor {
     }
 
     /// Whether all its faults ended long enough ago.
-    pub(super) fn must_have_turns(&self, schema: usize, now: Nanos) -> bool {
+    pub(super) fn must_have_turns(&self, schema: SchemaId, now: Nanos) -> bool {
         let record = self.schemas.get(schema);
         record
             .and_then(|record| record.resumes_at)
@@ -110,8 +111,8 @@ impl PeriodMonitor {
     }
 
     /// The share of turns that each bystander with enough turns had, in ascending order.
-    fn turn_shares(&self) -> Vec<(f64, usize)> {
-        let schemas = self.schemas.iter().enumerate();
+    fn turn_shares(&self) -> Vec<(f64, SchemaId)> {
+        let schemas = self.schemas.entries();
         let bystanders = schemas.filter(|(_, record)| !record.victim && record.expected >= MIN_TURNS);
         let mut shares: Vec<_> = bystanders
             .map(|(index, record)| (record.taken as f64 / record.expected as f64, index))
@@ -162,7 +163,7 @@ impl TurnRecord {
 }
 
 impl ObserverState {
-    pub(super) fn changed(&mut self, time: Nanos, schema: usize, from: State, to: State) {
+    pub(super) fn changed(&mut self, time: Nanos, schema: SchemaId, from: State, to: State) {
         let lockstep = self.rhythm.clock == Clock::Lockstep;
         if to == State::Slept && lockstep {
             self.expect_turns(schema, time);
@@ -192,7 +193,7 @@ impl ObserverState {
     }
 
     /// Records a turn, due by period or triggered by a value.
-    pub(super) fn had_turn(&mut self, schema: usize, time: Nanos) {
+    pub(super) fn had_turn(&mut self, schema: SchemaId, time: Nanos) {
         let clock = self.rhythm.clock;
         let hides_recovery = self.tamper == Some(Tamper::Recovery);
         let Some(record) = self.rhythm.schemas.get_mut(schema) else {
@@ -227,7 +228,7 @@ impl ObserverState {
 
     pub(super) fn judge_rhythm(&mut self, now: Nanos) {
         let lockstep = self.rhythm.clock == Clock::Lockstep;
-        for schema in 0..self.rhythm.schemas.len() {
+        for schema in self.rhythm.schemas.ids() {
             if lockstep {
                 self.expect_turns(schema, now);
             }
@@ -247,7 +248,7 @@ impl ObserverState {
     }
 
     /// Counts the turns that were due before now and did not occur. In lockstep this is a violation.
-    fn expect_turns(&mut self, schema: usize, now: Nanos) {
+    fn expect_turns(&mut self, schema: SchemaId, now: Nanos) {
         let Some(record) = self.rhythm.schemas.get_mut(schema) else {
             return;
         };
@@ -300,7 +301,7 @@ impl ObserverState {
 pub(super) fn watch_drivers(state: &Arc<Mutex<ObserverState>>, handle: &Handle) -> Vec<Watch> {
     let application = handle.application();
     let mut watches = Vec::new();
-    for (index, instance) in application.instances.iter().enumerate() {
+    for (id, instance) in application.instances.entries() {
         if instance.schema.kind != Kind::Driver {
             continue;
         }
@@ -319,7 +320,7 @@ pub(super) fn watch_drivers(state: &Arc<Mutex<ObserverState>>, handle: &Handle) 
             watches.push(variable.watch(move || {
                 if let Some(state) = state.upgrade() {
                     let now = handle.now();
-                    lock(&state).had_turn(index, now);
+                    state.lock().had_turn(id, now);
                 }
             }));
         }

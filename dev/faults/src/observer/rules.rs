@@ -1,12 +1,13 @@
 //! Checks every transaction of the rules against the shadow model (R1, R5, R7, R9, R10).
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_core::Effect;
-use jde_host::transaction_observer::{Transaction, TransactionInput, TransactionObserver};
+use jde_host::transaction_observer::{ObservedTransaction, TransactionInput, TransactionObserver};
 use jde_shadow::Shadow;
+use parking_lot::Mutex;
 
-use super::{ObserverState, Tamper, lock};
+use super::{ObserverState, Tamper};
 
 /// The shadow model of one application.
 pub(super) struct Rules {
@@ -21,8 +22,8 @@ impl Rules {
 }
 
 impl TransactionObserver for Rules {
-    fn on_transaction(&mut self, transaction: &Transaction<'_>) {
-        let mut state = lock(&self.state);
+    fn on_transaction(&mut self, transaction: &ObservedTransaction<'_>) {
+        let mut state = self.state.lock();
         let spec = transaction.hierarchy.spec();
         let shadow = self.shadow.get_or_insert_with(|| Shadow::new(spec));
         if !state.history.has_begun() {

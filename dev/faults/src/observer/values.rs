@@ -11,8 +11,8 @@ impl ObserverState {
     pub(super) fn judge_values(&mut self, handle: &Handle, now: Nanos) {
         let application = handle.application();
         let mut violations = Vec::new();
-        for (index, instance) in application.instances.iter().enumerate() {
-            if !self.faulted.contains(&index) {
+        for (id, instance) in application.instances.entries() {
+            if !self.faulted.contains(&id) {
                 continue;
             }
             let ports = instance.schema.ports.iter();
@@ -31,7 +31,7 @@ impl ObserverState {
             }
             if !violations.is_empty() {
                 // One report for each fault.
-                self.faulted.remove(&index);
+                self.faulted.remove(&id);
                 break;
             }
         }

@@ -2,18 +2,18 @@
 //! visible.
 
 use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
-use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use jde_p2os_server::{EndpointAddress, Options, Server};
 use jde_sim::{Truth, World};
+use parking_lot::Mutex;
 
 use crate::application::Root;
-use crate::observer::lock;
 
 /// Time between two reads of the ground truth. At each read the world falls behind real time by up to a step, so
 /// the robot is judged by the time of its world.
@@ -55,7 +55,7 @@ impl RobotServer {
             while !is_stopped.load(Ordering::Relaxed) {
                 server.run(&is_stopped, Some(POLL_PERIOD), |_| {})?;
                 let world = server.world();
-                *lock(&newest) = Some((world.now() as f64 / 1e9, world.truth(robot)));
+                *newest.lock() = Some((world.now() as f64 / 1e9, world.truth(robot)));
             }
             Ok(())
         });
@@ -74,7 +74,7 @@ impl RobotServer {
 
     /// The world's time, s.
     pub(super) fn time(&self) -> f64 {
-        lock(&self.truth).as_ref().map_or(0.0, |(time, _)| *time)
+        self.truth.lock().as_ref().map_or(0.0, |(time, _)| *time)
     }
 
     /// The speed, m/s.
@@ -97,6 +97,6 @@ impl RobotServer {
     }
 
     fn read_truth(&self, value: impl Fn(&Truth) -> f64) -> f64 {
-        lock(&self.truth).as_ref().map_or(0.0, |(_, truth)| value(truth))
+        self.truth.lock().as_ref().map_or(0.0, |(_, truth)| value(truth))
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use jde_abi::describe::Kind;
 use jde_board::value::Value;
-use jde_core::State;
+use jde_core::{Id, SchemaId, State};
 use jde_host::reload::ReloadOptions;
 use jde_host::{Handle, OperatorHandle};
 use jde_loader::LoadedPlugin;
@@ -29,7 +29,7 @@ const PROBATION: u64 = 200_000_000;
 /// An injected fault.
 pub(super) struct ActiveFault {
     /// The index of its schema.
-    pub(super) schema: usize,
+    pub(super) schema: SchemaId,
     /// The number of misdeeds that the schema had reported before.
     misdeed_count: u64,
     process: Option<Pid>,
@@ -84,7 +84,7 @@ impl CompetingThreads {
 
     /// They act on a schema under leases that they end at once. `woke` is set if it is awake although it is stopped, or
     /// if a `tamper` says so.
-    fn lease(handle: &Handle, schema: usize, woke: &Arc<AtomicBool>, tamper: Option<Tamper>) -> Self {
+    fn lease(handle: &Handle, schema: SchemaId, woke: &Arc<AtomicBool>, tamper: Option<Tamper>) -> Self {
         let appears_awake = tamper == Some(Tamper::Lease);
         let deed = |actions: [Operation; 3]| -> Deed {
             let (handle, woke) = (handle.clone(), Arc::clone(woke));
@@ -93,7 +93,7 @@ impl CompetingThreads {
                 let leased = operator.under_lease();
                 operate(&leased, schema, actions[turn % actions.len()]);
                 turn += 1;
-                let view = &handle.snapshot().schemas[schema];
+                let view = &handle.snapshot().schemas[schema.index()];
                 let is_lasting = |hold: &Hold| hold.kind == HoldKind::Stopped && !hold.leased;
                 // A winner may first end its iteration.
                 slept = view.holds().any(is_lasting) && (slept || view.state == State::Slept);
@@ -123,14 +123,14 @@ impl Drop for CompetingThreads {
 
 /// Selects the schema for a fault: usually one that is about to make the call in question. A driver without an
 /// iteration is not selected: its failure would end the application.
-pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Handle) -> Option<usize> {
+pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Handle) -> Option<SchemaId> {
     let snapshot = handle.snapshot();
     let names = application.victims(fault.target, fault.kind.needs_process());
-    let suitable: Vec<usize> = names
+    let suitable: Vec<SchemaId> = names
         .iter()
         .filter_map(|name| handle.application().instance(name))
-        .filter(|index| {
-            let schema = &snapshot.schemas[*index];
+        .filter(|id| {
+            let schema = &snapshot.schemas[id.index()];
             schema.kind != Kind::Driver || schema.iterations > 0
         })
         .collect();
@@ -143,19 +143,19 @@ pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Hand
         | Act::Leases
         | Act::DuringReload { .. } => "check",
     };
-    let is_about_to = |index: &&usize| {
-        let schema = &snapshot.schemas[**index];
+    let is_about_to = |id: &&SchemaId| {
+        let schema = &snapshot.schemas[id.index()];
         match call {
             "iterate" => schema.state == State::Winner,
             "awake" => schema.state == State::Slept,
             "arbitrate" => {
                 let mut groups = snapshot.groups.iter();
-                schema.state == State::Winner && groups.any(|group| group.father == Some(**index))
+                schema.state == State::Winner && groups.any(|group| group.father == Some(id.index()))
             }
             _ => schema.state != State::Slept,
         }
     };
-    let about_to_call: Vec<usize> = suitable.iter().filter(is_about_to).copied().collect();
+    let about_to_call: Vec<SchemaId> = suitable.iter().filter(is_about_to).copied().collect();
     let candidates = if about_to_call.is_empty() || fault.any {
         &suitable
     } else {
@@ -167,7 +167,7 @@ pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Hand
 
 pub(super) fn begin(
     fault: &Fault,
-    schema: usize,
+    schema: SchemaId,
     handle: &Handle,
     builds: &[LoadedPlugin],
     tamper: Option<Tamper>,
@@ -192,7 +192,7 @@ pub(super) fn begin(
             reload(&operator, schema, &builds[*build]);
         }
         Act::Signal(signal) => {
-            let process = handle.snapshot().schemas[schema].process;
+            let process = handle.snapshot().schemas[schema.index()].process;
             active.process = process.and_then(|number| Pid::from_raw(number.cast_signed()));
             let posix = match signal {
                 Signal::Kill => Posix::KILL,
@@ -242,7 +242,7 @@ pub(super) fn end(fault: &Fault, handle: &Handle, active: &mut ActiveFault) -> b
         Act::Signal(Signal::Kill) => {}
         Act::Signal(Signal::Stop) => {
             // The host may have killed it since. Only the same process is continued.
-            let same = handle.snapshot().schemas[schema]
+            let same = handle.snapshot().schemas[schema.index()]
                 .process
                 .and_then(|number| Pid::from_raw(number.cast_signed()));
             if let Some(process) = active.process.filter(|process| Some(*process) == same) {
@@ -275,7 +275,7 @@ pub(super) fn end(fault: &Fault, handle: &Handle, active: &mut ActiveFault) -> b
 
 /// Starts a replacement by another build; returns whether it was accepted. It is refused while another one
 /// waits.
-fn reload(operator: &OperatorHandle, schema: usize, build: &LoadedPlugin) -> bool {
+fn reload(operator: &OperatorHandle, schema: SchemaId, build: &LoadedPlugin) -> bool {
     let options = ReloadOptions {
         probation: PROBATION,
         fresh: false,
@@ -283,7 +283,7 @@ fn reload(operator: &OperatorHandle, schema: usize, build: &LoadedPlugin) -> boo
     operator.replace(schema, build, options).is_ok()
 }
 
-fn operate(operator: &OperatorHandle, schema: usize, operation: Operation) -> bool {
+fn operate(operator: &OperatorHandle, schema: SchemaId, operation: Operation) -> bool {
     let result = match operation {
         Operation::Stop => operator.hold_asleep(schema),
         Operation::Force => operator.force(schema),
@@ -295,7 +295,7 @@ fn operate(operator: &OperatorHandle, schema: usize, operation: Operation) -> bo
     result.is_ok()
 }
 
-fn release(operator: &OperatorHandle, schema: usize, operation: Operation) {
+fn release(operator: &OperatorHandle, schema: SchemaId, operation: Operation) {
     let result = match operation {
         Operation::StopAll => operator.release_all(),
         Operation::Stop | Operation::Force | Operation::Play | Operation::Retime(_) | Operation::Unload => {
@@ -306,7 +306,7 @@ fn release(operator: &OperatorHandle, schema: usize, operation: Operation) {
     drop(result);
 }
 
-fn set_trouble(operator: &OperatorHandle, schema: usize, trouble: &str, call: &str) {
+fn set_trouble(operator: &OperatorHandle, schema: SchemaId, trouble: &str, call: &str) {
     for (name, value) in [("place", call), ("trouble", trouble)] {
         // The modulation exists and accepts the value. An error would show as a fault without effect.
         let _ = operator.modulate(schema, name, &Value::Text(value.to_owned()));
@@ -314,7 +314,7 @@ fn set_trouble(operator: &OperatorHandle, schema: usize, trouble: &str, call: &s
 }
 
 /// The number of misdeeds that the schema has reported, including retracted ones.
-fn misdeed_count(schema: usize, handle: &Handle) -> u64 {
+fn misdeed_count(schema: SchemaId, handle: &Handle) -> u64 {
     let name = &handle.application().instances[schema].name;
     let variable = handle.board().find(&format!("{name}.misdeeds"));
     variable.map_or(0, |variable| variable.newest())

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_isolation::Program;
 use jde_loader::{LoadedPlugin, Plugins};
@@ -287,7 +287,7 @@ pub fn run(
 }
 
 /// Whether a symptom is a consequence of this fault.
-fn is_symptom_of(symptom: &Symptom, fault: &Fault, schema: usize) -> bool {
+fn is_symptom_of(symptom: &Symptom, fault: &Fault, schema: SchemaId) -> bool {
     let is_operation = matches!(fault.act, Act::Operate(_));
     symptom.schema == schema
         && (symptom.what != "operated" || is_operation)

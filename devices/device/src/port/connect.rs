@@ -12,7 +12,7 @@ use std::thread::{self, JoinHandle};
 use rustix::net::sockopt;
 
 use super::address::Address;
-use super::serial;
+use super::{modem, serial};
 
 /// How long a host may take to accept: a radio link that loses packets needs a second retry.
 const TIMEOUT: Duration = Duration::from_secs(3);
@@ -148,6 +148,13 @@ impl Stream {
         match self {
             Self::Tcp(_) => Ok(()),
             Self::Serial(line) => serial::set_baud(line, baud),
+        }
+    }
+
+    pub(crate) fn clear_dtr(&self) {
+        if let Self::Serial(line) = self {
+            // Many lines, such as pseudo-terminals, have no modem signals.
+            let _ = modem::clear_dtr(line);
         }
     }
 }

@@ -25,6 +25,7 @@
 mod address;
 mod backoff;
 mod connect;
+mod modem;
 mod pty;
 mod serial;
 mod state;

@@ -196,15 +196,21 @@ impl Port {
         }
     }
 
-    /// Changes the speed of a serial line, until the connection ends. A TCP connection is unchanged: the
-    /// serial server keeps its own speed.
+    /// Changes the speed of a serial line, until the connection ends, and returns whether the line has that speed. A
+    /// TCP connection is unchanged: the serial server keeps its own speed.
     ///
     /// Call it only after the device has answered earlier bytes: bytes in transit leave at the new speed.
-    pub fn set_baud(&mut self, baud: u32) {
-        if let Some(stream) = &self.stream
-            && let Err(error) = stream.set_baud(baud)
-        {
-            self.disconnect_with(&format!("it does not support {baud} baud: {error}"));
+    pub fn set_baud(&mut self, baud: u32) -> bool {
+        self.stream
+            .as_ref()
+            .is_none_or(|stream| stream.set_baud(baud).is_ok())
+    }
+
+    /// Switches off the signal DTR (data terminal ready), which opening a serial line switches on, until the connection
+    /// ends. Lines without modem signals and TCP connections are unchanged.
+    pub fn clear_dtr(&mut self) {
+        if let Some(stream) = &self.stream {
+            stream.clear_dtr();
         }
     }
 

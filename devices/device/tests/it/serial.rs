@@ -41,7 +41,7 @@ fn the_speed_of_the_address_applies_until_it_is_changed() {
     connected(&mut port);
     assert_eq!(pty.baud().expect("a line"), 9600);
     for baud in [500_000, 38_400, 19_200] {
-        port.set_baud(baud);
+        assert!(port.set_baud(baud));
         assert_eq!(pty.baud().expect("a line"), baud);
     }
     port.close();

@@ -8,8 +8,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -17,6 +17,7 @@ use jde_p2os::{Command, Form, Names, Packet, Receiver, Sip, SyncStep};
 use jde_p2os_server::{EndpointAddress, Event, EventKind, Options, RobotStats, Server};
 use jde_sim::World;
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 
 /// A room of 10 x 8 m with two robots.
 pub(crate) const ROOM: &str = r#"
@@ -50,7 +51,7 @@ impl RunningServer {
         let thread = std::thread::spawn({
             let (stop, events) = (Arc::clone(&stop), Arc::clone(&events));
             move || {
-                let record = |event: &Event| lock(&events).push(event.clone());
+                let record = |event: &Event| events.lock().push(event.clone());
                 server.run(&stop, None, record).expect("the server runs");
                 server.stats()
             }
@@ -86,13 +87,13 @@ impl RunningServer {
                 .iter()
                 .any(|event| event.robot == robot && matches(&event.kind))
         };
-        while !has_occurred(&lock(&self.events)) {
+        while !has_occurred(&self.events.lock()) {
             std::thread::yield_now();
         }
     }
 
     pub(crate) fn count(&self, matches: impl Fn(&EventKind) -> bool) -> usize {
-        let events = lock(&self.events);
+        let events = self.events.lock();
         events.iter().filter(|event| matches(&event.kind)).count()
     }
 }
@@ -101,10 +102,6 @@ impl Drop for RunningServer {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().expect("no thread panicked")
 }
 
 /// The stream of a client.

@@ -52,11 +52,11 @@ fn a_message_is_a_header_of_40_bytes_and_a_body() {
 fn other_programs_and_other_versions_are_named() {
     assert_eq!(
         error(b"SSH-2.0"),
-        "it is no Player server: its first bytes are `SSH-2.0`"
+        "it is not a Player server: its first bytes are `SSH-2.0`"
     );
     assert_eq!(
         error(b"\xFF"),
-        "it is no Player server: its first bytes are `\\xff`"
+        "it is not a Player server: its first bytes are `\\xff`"
     );
     assert_eq!(
         error(&greeting("2.1.0")),

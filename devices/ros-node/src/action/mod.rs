@@ -15,9 +15,9 @@ use std::time::Duration;
 use jde_ros::Type;
 use jde_ros::cdr;
 use jde_ros::definition;
-use jde_ros::interface::{Interfaces, standard};
 use serde_json::{Value, json};
 
+use crate::interface::{Interfaces, standard};
 use crate::keys::{Quality, Service, Topic};
 
 pub use client::{ActionClient, GoalEvent};

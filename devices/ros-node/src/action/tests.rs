@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use jde_ros::interface::standard;
 use serde_json::json;
 
 use super::*;
+use crate::interface::standard;
 use crate::tests::{Router, until};
 use crate::{Client, Node};
 

@@ -9,10 +9,11 @@ mod tokens;
 use std::time::Duration;
 
 use hiroz_schema::{dds_from_canonical, ros_from_dds_strict};
-use jde_ros::interface::Interfaces;
-use jde_ros::{Type, definition, hash};
+use jde_ros::{Type, definition};
 use tokens::{EntityToken, bridge_token};
 
+use crate::hash;
+use crate::interface::Interfaces;
 use crate::own::is_own_session;
 
 /// Prefix of tokens.
@@ -254,7 +255,7 @@ impl Topic {
         };
         who.map(|who| {
             format!(
-                "{who} publishes {} too, and its commands pass this application by",
+                "{who} publishes {} too, and its commands do not pass through this application",
                 self.name
             )
         })

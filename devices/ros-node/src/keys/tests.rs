@@ -1,10 +1,10 @@
 //! Keys in the format of other implementations, and tokens of other nodes that match or do not.
 
-use jde_ros::interface::standard;
 use jde_types::{LaserScan, Odometry, Twist, Value};
 use proptest::prelude::*;
 
 use super::*;
+use crate::interface::standard;
 
 fn name() -> NodeName {
     NodeName {

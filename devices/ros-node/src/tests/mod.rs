@@ -1,13 +1,13 @@
 //! Two nodes, over a router of Zenoh in this process, and real sockets of the loopback interface.
 
 use std::net::TcpListener;
-use std::sync::{Mutex, mpsc};
+use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use jde_ros::interface::standard;
 use jde_types::{Twist, Value};
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 use serde_json::json;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
@@ -16,6 +16,7 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::*;
+use crate::interface::standard;
 
 mod neighbours;
 
@@ -275,7 +276,7 @@ fn the_owner_of_a_message_that_waits_is_called_once_it_was_taken() {
             &Twist::describe(),
             Quality::LATCHED,
         )],
-        arrival: Arrival::new(move || sender.lock().unwrap().send(()).unwrap_or_default()),
+        arrival: Arrival::new(move || sender.lock().send(()).unwrap_or_default()),
         ..router.node("publisher")
     })
     .unwrap();
@@ -327,7 +328,7 @@ fn the_owner_leaves_sending_to_the_thread_if_a_subscriber_does_not_read() {
     let _subscriber = session
         .declare_subscriber(topic.key(&config.name))
         .callback(move |sample| {
-            let _ended = may_read.lock().unwrap().recv();
+            let _ended = may_read.lock().recv();
             let _ = received.send(sample.payload().to_bytes()[0]);
         })
         .wait()

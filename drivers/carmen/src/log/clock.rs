@@ -8,7 +8,7 @@
 /// The longest pause between two lines, s. What is longer is a clock that was set; if it was a pause, nothing is lost.
 const PAUSE: f64 = 60.0;
 /// How many of the next stamps decide whether one of them counts.
-const AHEAD: usize = 16;
+const STAMPS_AHEAD: usize = 16;
 /// By how much a stamp differs from those around it where it is worth a word, s.
 const WORTH_A_WORD: f64 = 1.0;
 
@@ -176,7 +176,7 @@ fn keep(stamps: &[Option<f64>], is_led_to: &dyn Fn(usize) -> bool, faults: &mut 
         .collect();
     let mut kept: Vec<Kept> = Vec::new();
     for (index, &(scan, stamp)) in known.iter().enumerate() {
-        let ahead = &known[index + 1..known.len().min(index + 1 + AHEAD)];
+        let ahead = &known[index + 1..known.len().min(index + 1 + STAMPS_AHEAD)];
         let agree = |from: f64| ahead.iter().filter(|(_, stamp)| follows(from, *stamp)).count();
         let is_jump = match kept.last() {
             None if ahead.is_empty() || agree(stamp) > 0 => false,

@@ -21,13 +21,13 @@ use record::{Line, Reading, Source, Sweep};
 /// Most kinds of lines that are named.
 const MAX_NAMED: usize = 20;
 /// Between poses that are farther apart, the odometry is interpolated: just below what readers take for a jump, m and rad.
-const FAR: (f64, f64) = (0.8, 1.2);
+const INTERPOLATION_STEP: (f64, f64) = (0.8, 1.2);
 /// How fast a robot goes whose clock does not tell it, m/s and rad/s, and how long it is on its way at most, s.
 const SPEED: (f64, f64) = (2.0, 2.0);
-const LONGEST: f64 = 10.0;
+const MAX_WAY_TIME: f64 = 10.0;
 /// What is farther, or faster by the clock of the log, is a jump indeed: m, m/s and rad/s.
 const JUMP: f64 = 10.0;
-const FASTEST: (f64, f64) = (5.0, 6.3);
+const JUMP_SPEED: (f64, f64) = (5.0, 6.3);
 
 /// The records of a log, in order.
 #[derive(Debug)]
@@ -136,8 +136,8 @@ impl LogFile {
         let (last, next) = (self.records.get(next.checked_sub(1)?)?, self.records.get(next)?);
         let (way, turn) = (last.pose.distance_to(&next.pose), turn(&last.pose, &next.pose));
         let seconds = next.time.saturating_sub(last.time).as_secs_f64();
-        let is_far = way > FAR.0 || turn.abs() > FAR.1;
-        let is_motion = way <= FASTEST.0 * seconds && turn.abs() <= FASTEST.1 * seconds;
+        let is_far = way > INTERPOLATION_STEP.0 || turn.abs() > INTERPOLATION_STEP.1;
+        let is_motion = way <= JUMP_SPEED.0 * seconds && turn.abs() <= JUMP_SPEED.1 * seconds;
         if !is_far || way > JUMP || (self.is_timed && !is_motion) || seconds <= 0.0 {
             return None;
         }
@@ -367,7 +367,7 @@ impl Lines {
             .windows(2)
             .map(|pair| (pair[0].distance_to(&pair[1]), turn(&pair[0], &pair[1]).abs()));
         let (way, turned) = steps.fold((0.0, 0.0), |sum, step| (sum.0 + step.0, sum.1 + step.1));
-        (way / SPEED.0).max(turned / SPEED.1).min(LONGEST)
+        (way / SPEED.0).max(turned / SPEED.1).min(MAX_WAY_TIME)
     }
 
     /// Says what is wrong with the clock, and replaces one that tells nothing.

@@ -13,13 +13,13 @@ use super::Entry;
 use super::record::Source;
 
 /// How far from the robot's centre a laser may be, m.
-const MOUNTED: f64 = 10.0;
+const MAX_MOUNT_DISTANCE: f64 = 10.0;
 /// How far poses of one mount differ, m and rad: they are written with two or more digits.
-const SAME: f64 = 0.03;
+const MOUNT_TOLERANCE: f64 = 0.03;
 /// The share of the scans whose poses must be of one mount.
-const MOST: f64 = 0.95;
+const MIN_SHARE: f64 = 0.95;
 /// Two poses that are nearer are the same, m and rad.
-const EQUAL: f64 = 1e-3;
+const POSE_TOLERANCE: f64 = 1e-3;
 /// What a turn counts as, m/rad.
 const TURN: f64 = 0.5;
 
@@ -38,7 +38,9 @@ impl Poses {
     /// Finds the mount, and leaves in each entry the pose of the robot. `stated` is the offset of the laser in the
     /// parameters of the log, m ahead.
     pub(super) fn of(entries: &mut [Entry], source: Source, stated: Option<f64>) -> Self {
-        let ahead = stated.filter(|offset| offset.abs() <= MOUNTED).unwrap_or(0.0);
+        let ahead = stated
+            .filter(|offset| offset.abs() <= MAX_MOUNT_DISTANCE)
+            .unwrap_or(0.0);
         let usual = Pose2D::new(ahead, 0.0, if source.is_rear() { PI } else { 0.0 });
         let mut poses = Self {
             mount: usual,
@@ -94,12 +96,13 @@ impl Poses {
             normalize_angle(first.theta + turn),
         );
         let is_same = |other: &&Pose2D| {
-            mount.distance_to(other) <= SAME && normalize_angle(mount.theta - other.theta).abs() <= SAME
+            mount.distance_to(other) <= MOUNT_TOLERANCE
+                && normalize_angle(mount.theta - other.theta).abs() <= MOUNT_TOLERANCE
         };
-        let is_mounted = mounts.iter().filter(is_same).count() as f64 >= MOST * mounts.len() as f64
-            && mount.x.hypot(mount.y) <= MOUNTED;
+        let is_mounted = mounts.iter().filter(is_same).count() as f64 >= MIN_SHARE * mounts.len() as f64
+            && mount.x.hypot(mount.y) <= MAX_MOUNT_DISTANCE;
         if is_mounted {
-            let is_none = mount.x.hypot(mount.y) < EQUAL && mount.theta.abs() < EQUAL;
+            let is_none = mount.x.hypot(mount.y) < POSE_TOLERANCE && mount.theta.abs() < POSE_TOLERANCE;
             self.mount = if is_none { usual } else { mount };
             return;
         }

@@ -5,7 +5,7 @@ use core::time::Duration;
 use crate::log::LogFile;
 
 /// Most seconds of a record: those of a pause.
-const LONGEST: u64 = 60;
+const MAX_PAUSE_S: u64 = 60;
 
 /// Reads bytes as a log.
 pub(crate) fn log(data: &[u8]) {
@@ -15,7 +15,7 @@ pub(crate) fn log(data: &[u8]) {
     };
     let records = log.records();
     assert!(records.is_sorted_by_key(|record| record.time));
-    assert!(log.duration().as_secs() <= LONGEST * records.len() as u64);
+    assert!(log.duration().as_secs() <= MAX_PAUSE_S * records.len() as u64);
     let scans = records.iter().filter_map(|record| record.scan.as_ref());
     for scan in scans.clone() {
         assert!((1..=1088).contains(&scan.ranges.len()));

@@ -102,6 +102,10 @@ impl Protocol for Session {
         }
     }
 
+    fn refuse_baud(&mut self, now: Duration, events: &mut Vec<Event>) {
+        self.retry("the line lacks the speed", now, events);
+    }
+
     /// Switches the laser off.
     fn closing_bytes() -> Vec<u8> {
         b"QT\n".to_vec()

@@ -13,6 +13,8 @@ struct Wire {
     scanner: EmulatedScanner,
     now: Duration,
     baud: Option<u32>,
+    /// A speed that the line lacks.
+    lacks: Option<u32>,
     events: Vec<Event>,
 }
 
@@ -31,6 +33,7 @@ impl Wire {
             scanner,
             now: Duration::ZERO,
             baud,
+            lacks: None,
             events: Vec::new(),
         };
         wire.exchange(events);
@@ -43,6 +46,10 @@ impl Wire {
         while let Some(event) = events.get(at).cloned() {
             at += 1;
             match &event {
+                Event::Baud(baud) if self.lacks == Some(*baud) => {
+                    events.truncate(at);
+                    self.session.refuse_baud(self.now, &mut events);
+                }
                 Event::Baud(baud) => self.baud = Some(*baud),
                 Event::Send(bytes) => {
                     let reply = self
@@ -149,6 +156,18 @@ fn a_scanner_is_found_at_any_speed_and_switched_to_that_of_its_address() {
             assert_eq!((wire.scanner.baud, wire.baud), (115_200, Some(115_200)));
         }
     }
+}
+
+#[test]
+fn a_speed_that_the_line_lacks_is_skipped() {
+    let scanner = EmulatedScanner {
+        baud: 500_000,
+        ..EmulatedScanner::urg()
+    };
+    let mut wire = Wire::new(scanner, Some(115_200), Letters::Three);
+    wire.lacks = Some(750_000);
+    let wire = wire.settle();
+    assert!(wire.session.is_ready(), "{:?}", wire.lost());
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::Instant;
 
+use jde_motion::BaseDynamics;
 use jde_p2os::*;
 use jde_schema::bench::Bench;
 use jde_schema::prelude::{
@@ -169,6 +170,18 @@ fn the_laser_of_a_simulator_is_exported_in_metres_from_right_to_left() {
 }
 
 #[test]
+fn the_accelerations_of_the_robots_settings_are_exported_and_what_it_does_not_state_is_unknown() {
+    let (_robot, address) = Robot::at_tcp("p3dx");
+    let mut driver = Driver::new(&address);
+    let stated = BaseDynamics {
+        acceleration: 0.3,
+        deceleration: 0.6,
+        ..BaseDynamics::default()
+    };
+    driver.until(|bench| bench.exported("dynamics") == Some(stated));
+}
+
+#[test]
 fn a_robot_at_a_serial_line_is_connected_and_driven() {
     let (robot, address) = Robot::at_line("amigo");
     let mut driver = Driver::new(&address);
@@ -195,7 +208,7 @@ fn the_exports_of_a_lost_robot_are_retracted_and_its_odometry_continues() {
         driver.until(|bench| state(bench) == Connection::LOST);
         assert!(!connection(&driver.bench).note.is_empty());
         for export in [
-            "odometry", "sonars", "laser", "battery", "bumpers", "encoders", "body",
+            "odometry", "sonars", "laser", "battery", "bumpers", "encoders", "body", "dynamics",
         ] {
             assert_eq!(driver.bench.exported_at(export), None, "{export}");
         }

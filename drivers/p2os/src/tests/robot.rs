@@ -4,13 +4,14 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::fd::AsFd;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
 use jde_device::port::Pty;
 use jde_p2os::*;
+use parking_lot::Mutex;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 /// The reports that the robot sends, and the commands that it received.
@@ -100,7 +101,7 @@ impl Robot {
     }
 
     pub(super) fn with<T>(&self, access: impl FnOnce(&mut Script) -> T) -> T {
-        access(&mut self.script.lock().unwrap_or_else(PoisonError::into_inner))
+        access(&mut self.script.lock())
     }
 }
 
@@ -137,7 +138,7 @@ fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Scri
             Ok(0) | Err(_) => return,
             Ok(count) => &room[..count],
         };
-        let mut script = script.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut script = script.lock();
         if core::mem::take(&mut script.hang_up) {
             return;
         }
@@ -151,7 +152,14 @@ fn serve(mut source: impl Read + AsFd, mut sink: impl Write, script: &Mutex<Scri
                 (_, Some(sync)) => replies.push(sync.to_packet()),
                 (Command::Open(_), _) => open = true,
                 (Command::Close(_), _) => open = false,
-                (Command::Config(_), _) => replies.push(Config::default().to_packet().unwrap()),
+                (Command::Config(_), _) => {
+                    let config = Config {
+                        trans_acc: 300,
+                        trans_dec: 600,
+                        ..Config::default()
+                    };
+                    replies.push(config.to_packet().unwrap());
+                }
                 (Command::Enable(on), _) => script.sip.flags = u16::from(*on),
                 (Command::LaserOn35(_), _) => script.laser = true,
                 _ => {}

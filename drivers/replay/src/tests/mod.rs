@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use jde_log::{Options, Origin, Recorder, Stamps};
+use jde_recorder::{Origin, Recorder, RecorderOptions, Stamps};
 use jde_schema::bench::{Bench, Failure};
 use jde_schema::types::Footprint;
 use tempfile::TempDir;
@@ -111,7 +111,7 @@ impl Fixture {
 }
 
 fn recorder(file: &Path) -> Recorder {
-    let options = Options {
+    let options = RecorderOptions {
         origin: Origin {
             application: "bench".to_owned(),
             seed: 0,

@@ -9,10 +9,10 @@ use crate::described::DescribedCodec;
 use crate::services::{Plain, Timed};
 
 /// How much longer than its timeout the request for a goal waits for its response.
-const LATE: Duration = Duration::from_secs(5);
+const RESPONSE_GRACE: Duration = Duration::from_secs(5);
 
 /// How long a failure is not logged again.
-const QUIET: Duration = Duration::from_secs(1);
+const LOG_PAUSE: Duration = Duration::from_secs(1);
 
 /// A client, and its goal.
 pub(super) struct GoalSender {
@@ -61,7 +61,7 @@ impl GoalSender {
     ) -> Self {
         Self {
             // The driver decides first that nobody accepts a goal.
-            client: ActionClient::declare(action, goal.settings().timeout() + LATE, config),
+            client: ActionClient::declare(action, goal.settings().timeout() + RESPONSE_GRACE, config),
             goal: DescribedCodec::new(goal.value_type()),
             feedback: DescribedCodec::new(feedback.value_type()),
             result: DescribedCodec::new(result.value_type()),
@@ -208,7 +208,7 @@ impl GoalSender {
             Ok::<_, core::convert::Infallible>(())
         };
         let Ok(()) = export.write_with(cx, Some(current.time), zeros);
-        let is_repeated = |(last, at): &(String, Duration)| last == why && cx.now() < *at + QUIET;
+        let is_repeated = |(last, at): &(String, Duration)| last == why && cx.now() < *at + LOG_PAUSE;
         if !self.failure.as_ref().is_some_and(is_repeated) {
             warn!(cx, "a goal of {} failed: {why}", self.client.name());
             self.failure = Some((why.to_owned(), cx.now()));

@@ -33,19 +33,19 @@ node_schema! {
         /// The goals of other nodes' actions: one is sent when it comes into force, and canceled when it is no longer in force.
         #[commands(default = Timed::DEFAULT, validity = "500ms")]
         send_goal: Commands<Timed>,
-        /// The feedback to them.
+        /// The feedback to these goals.
         #[exports(default = Plain::DEFAULT, lasting)]
         take_feedback: Exports<Plain>,
-        /// How they have ended, each with the time at which the goal came into force.
+        /// The results of these goals, each with the time at which the goal came into force.
         #[exports(default = Plain::DEFAULT, lasting)]
         take_result: Exports<Plain>,
         /// The goals of this node's actions, each until its end.
         #[exports(default = Plain::DEFAULT, lasting)]
         take_goal: Exports<Plain>,
-        /// The feedback to them: each new value.
+        /// The feedback to these goals: each new value is sent.
         #[imports(default = Plain::DEFAULT)]
         send_feedback: Imports<Plain>,
-        /// How they have ended: the next new value.
+        /// The results of these goals: each new value is the result of the present goal.
         #[imports(default = Plain::DEFAULT)]
         send_result: Imports<Plain>,
         /// Whether the router or other nodes are connected.
@@ -128,11 +128,11 @@ impl Inspect for Actions {
         }
         for export in self.take_feedback.iter().chain(self.take_result.iter()) {
             let goals = self.send_goal.iter().map(ListedCommand::label);
-            problems.expect(export, partner(goals, export.label(), "send_goal", WHOLE));
+            problems.expect(export, partner(goals, export.label(), "send_goal", ACTION_PARTS));
         }
         for import in self.send_feedback.iter().chain(self.send_result.iter()) {
             let goals = self.take_goal.iter().map(ListedExport::label);
-            problems.expect(import, partner(goals, import.label(), "take_goal", WHOLE));
+            problems.expect(import, partner(goals, import.label(), "take_goal", ACTION_PARTS));
         }
     }
 }
@@ -148,7 +148,7 @@ macro_rules! entries {
 }
 
 /// What an action consists of.
-const WHOLE: &str = "an action has a goal, feedback and a result";
+const ACTION_PARTS: &str = "an action has a goal, feedback and a result";
 
 impl Actions {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveActions> {
@@ -232,7 +232,7 @@ fn action(
         return Err(format!("`{twin}` is the same action"));
     }
     let [feedback, result] = others.map(|(list, entries)| {
-        let place = partner(entries.iter().map(|(key, _)| *key), key, list, WHOLE)?;
+        let place = partner(entries.iter().map(|(key, _)| *key), key, list, ACTION_PARTS)?;
         Ok::<_, String>((place, Arc::clone(entries[place].1)))
     });
     let ((feedback, feedback_type), (result, result_type)) = (feedback?, result?);

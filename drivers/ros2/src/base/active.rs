@@ -1,6 +1,9 @@
 //! Converts messages of a ROS 2 robot to exports. Messages with invalid numbers or missing parts are reported
 //! and dropped.
 
+use core::time::Duration;
+
+use jde_motion::scan_duration;
 use jde_schema::prelude::*;
 
 use super::hazards::HazardDetectionVector;
@@ -61,12 +64,14 @@ impl ActiveBase {
         match filled {
             Ok(()) => {
                 subscription.mark_received(arrived);
-                laser.publish_at(time);
+                // Its stamp is the time of its first beam, and a value has that of the oldest.
+                let before = Duration::from_secs_f64((-scan_duration(&laser)).max(0.0));
+                laser.publish_at(time.saturating_sub(before));
             }
             Err(why) => {
                 // Nobody drives by the scan before it. Retracting discards the loan.
                 export.retract(cx);
-                let message = format!("{}: a scan that is none: {why}", subscription.topic());
+                let message = format!("{}: the scan is no measurement: {why}", subscription.topic());
                 self.connection.warn_once(cx, message);
             }
         }
@@ -191,7 +196,8 @@ impl ActiveBase {
         let odometry = self.odometry.as_ref().and_then(TopicSubscription::unused);
         let topics = [laser, odometry].map(|topic| topic.map(str::to_owned));
         for topic in topics.into_iter().flatten() {
-            let message = format!("nothing has come on {topic} yet, and other messages of the robot do");
+            let message =
+                format!("nothing has arrived on {topic} yet, although other messages of the robot arrive");
             self.connection.warn_once(cx, message);
         }
     }

@@ -102,7 +102,7 @@ node_schema! {
         /// The depths of a camera.
         #[export(validity = "5s")]
         depth: Export<Image>,
-        /// What the inertial unit measures.
+        /// The measurements of the inertial unit.
         #[export(validity = "5s")]
         imu: Export<Imu>,
         /// The measured position.
@@ -114,7 +114,7 @@ node_schema! {
         /// The bumpers, and whether the wheels are blocked.
         #[export(validity = "5s")]
         bumpers: Export<Bumpers>,
-        /// The ranges of the sonars. One that falls silent is not a number.
+        /// The ranges of the sonars. The range of a silent sonar is not a number.
         #[export(validity = "5s")]
         sonars: Export<RangeRing>,
         /// Whether messages of the robot arrive.

@@ -130,11 +130,17 @@ impl Inspect for Services {
         }
         for export in self.take_response.iter() {
             let requests = self.send_request.iter().map(ListedImport::label);
-            problems.expect(export, partner(requests, export.label(), "send_request", WHOLE));
+            problems.expect(
+                export,
+                partner(requests, export.label(), "send_request", SERVICE_PARTS),
+            );
         }
         for import in self.send_response.iter() {
             let requests = self.take_request.iter().map(ListedExport::label);
-            problems.expect(import, partner(requests, import.label(), "take_request", WHOLE));
+            problems.expect(
+                import,
+                partner(requests, import.label(), "take_request", SERVICE_PARTS),
+            );
         }
     }
 }
@@ -168,7 +174,7 @@ impl Services {
     /// Returns the service of an entry of `send_request`, and the place of its response.
     fn client(&self, namespace: &str, request: &ListedImport<Timed>) -> Result<(Service, usize), String> {
         let responses = self.take_response.iter().map(ListedExport::label);
-        let place = partner(responses, request.label(), "take_response", WHOLE)?;
+        let place = partner(responses, request.label(), "take_response", SERVICE_PARTS)?;
         let types = (request.value_type(), self.take_response[place].value_type());
         Ok((
             service(namespace, request.label(), request.settings(), types)?,
@@ -179,7 +185,7 @@ impl Services {
     /// Returns the service of an entry of `take_request`, and the place of its response.
     fn server(&self, namespace: &str, request: &ListedExport<Timed>) -> Result<(Service, usize), String> {
         let responses = self.send_response.iter().map(ListedImport::label);
-        let place = partner(responses, request.label(), "send_response", WHOLE)?;
+        let place = partner(responses, request.label(), "send_response", SERVICE_PARTS)?;
         let name = |entry: &ListedExport<Timed>| names::topic(namespace, entry.label()).ok().flatten();
         let mut earlier = self.take_request.iter().map_while(|entry| {
             let is_earlier = entry.label() != request.label();
@@ -211,7 +217,7 @@ pub(crate) fn partner(
 }
 
 /// What a service consists of.
-const WHOLE: &str = "a service has a request and a response";
+const SERVICE_PARTS: &str = "a service has a request and a response";
 
 /// Returns the service of that key.
 fn service(

@@ -28,6 +28,30 @@ struct Picture {
 }
 
 #[test]
+fn a_scan_has_the_time_of_its_oldest_beam() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    for (increment, before) in [(0.001, 0.0), (-0.001, 0.039)] {
+        let mut scan = scan(40);
+        (scan.time_increment, scan.scan_time) = (increment, 0.1);
+        let has_scan = |bench: &Bench<Base>| {
+            (bench.exported::<LaserScan>("laser")).is_some_and(|laser| laser.time_increment == increment)
+        };
+        fixture.until(|bench| {
+            scan.header.stamp = stamp();
+            put(&session, "/scan", &*scan);
+            has_scan(bench)
+        });
+        let laser: LaserScan = fixture.bench.exported("laser").unwrap();
+        let first = Duration::from(laser.header.stamp);
+        let oldest = fixture.bench.exported_at("laser").unwrap();
+        let between = first.saturating_sub(oldest).as_secs_f64();
+        assert!((between - before).abs() < 1e-6, "{between} s");
+    }
+}
+
+#[test]
 fn messages_of_a_robot_are_exported_and_retracted_when_they_stop() {
     let address = unused_address();
     let session = open_router(&address);
@@ -123,7 +147,10 @@ fn a_scan_or_an_odometry_that_is_none_ends_the_one_before_it() {
     put(&session, "/scan", &*zeros);
     fixture.until(|bench| has(bench) == [false, false]);
     assert_eq!(
-        count_log(&fixture.bench, "/scan: a scan that is none: it measures nothing"),
+        count_log(
+            &fixture.bench,
+            "/scan: the scan is no measurement: it measures nothing"
+        ),
         1
     );
     assert_eq!(
@@ -235,7 +262,7 @@ fn a_robot_whose_laser_never_speaks_is_reported_once() {
     let address = unused_address();
     let session = open_router(&address);
     let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
-    let said = "nothing has come on /scan yet";
+    let said = "nothing has arrived on /scan yet";
     let turn = |fixture: &mut Fixture<Base>, later: Duration| {
         put(&session, "/odom", &Odometry::default());
         fixture.bench.set_now(fixture.start.elapsed() + later);
@@ -249,7 +276,7 @@ fn a_robot_whose_laser_never_speaks_is_reported_once() {
     for _ in 0..10 {
         assert_eq!(turn(&mut fixture, Duration::from_secs(7)), 1);
     }
-    assert_eq!(count_log(&fixture.bench, "nothing has come"), 1);
+    assert_eq!(count_log(&fixture.bench, "nothing has arrived"), 1);
 }
 
 #[test]

@@ -177,22 +177,22 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
         (
             vec![Entry::new::<Odometry>("publish", "odom").settings(&mount)],
             "odom",
-            "`mount` is of laser",
+            "`mount` belongs to laser",
         ),
         (
             vec![Entry::new::<Twist>("publish", "speed").settings(&frame)],
             "speed",
-            "`frame` is of messages",
+            "`frame` belongs to messages",
         ),
         (
             vec![Entry::new::<Twist>("publish", "speed").settings(&latched)],
             "speed",
-            "a velocity is not latched",
+            "a velocity cannot be latched",
         ),
         (
             vec![Entry::new::<Imu>("publish", "imu").settings(&unmoved)],
             "imu",
-            "`transform` is of an odometry",
+            "`transform` belongs to an odometry",
         ),
         (
             vec![
@@ -218,7 +218,7 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
         (
             vec![Entry::new::<Imu>("subscribe", "imu").settings(&yaw)],
             "imu",
-            "`yaw` is of laser",
+            "`yaw` belongs to laser",
         ),
     ] {
         let mut fixture = Fixture::<Topics>::with_lists("tcp/localhost:7447", &entries);

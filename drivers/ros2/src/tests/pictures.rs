@@ -131,7 +131,7 @@ fn only_pictures_are_compressed_and_in_a_known_way() {
     };
     refused(publish(with_info), "without `compressed`");
     let scan = Entry::new::<LaserScan>("publish", "scan").settings(&publication("png"));
-    refused(scan, "`compressed` is of pictures");
+    refused(scan, "`compressed` belongs to pictures");
     let scan = Entry::new::<LaserScan>("subscribe", "scan").settings(&SUBSCRIPTION);
-    refused(scan, "`compressed` is of pictures");
+    refused(scan, "`compressed` belongs to pictures");
 }

@@ -191,7 +191,7 @@ fn a_request_without_a_response_is_warned_of_and_the_next_one_is_sent() {
     assert_eq!(
         pair.fixture.bench.exported::<SetBoolResponse>("lit"),
         None,
-        "it is no response of this type"
+        "it is not a response of this type"
     );
     while pair.node.take_request(Duration::ZERO).is_some() {}
     // A value that is old when the driver awakes is no request.

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use jde_schema::types::{Quaternion, Transform, Vector3};
 
 /// How long a transform is kept, ns: as long as in tf2.
-pub(crate) const KEPT: i64 = 10_000_000_000;
+pub(crate) const KEPT_NS: i64 = 10_000_000_000;
 /// Most transforms of one frame: a thousand a second.
 const MAX_KEPT: usize = 10_000;
 
@@ -45,7 +45,7 @@ impl History {
             Self::Moving(kept) => kept,
         };
         let newest = kept.back().map_or(stamp, |(newest, _)| stamp.max(*newest));
-        if stamp < newest.saturating_sub(KEPT) {
+        if stamp < newest.saturating_sub(KEPT_NS) {
             return false;
         }
         let place = kept.partition_point(|(earlier, _)| *earlier < stamp);
@@ -55,7 +55,7 @@ impl History {
         while kept.len() > MAX_KEPT
             || kept
                 .front()
-                .is_some_and(|(oldest, _)| *oldest < newest.saturating_sub(KEPT))
+                .is_some_and(|(oldest, _)| *oldest < newest.saturating_sub(KEPT_NS))
         {
             kept.pop_front();
         }

@@ -9,7 +9,7 @@ use super::{Published, Tree};
 use crate::connection::RosConnection;
 
 /// The number of the subscription to transforms that do not change; that to the others has the one before.
-const STATIC: usize = 1;
+const STATIC_NUMBER: usize = 1;
 
 /// The subscriptions to `/tf` and `/tf_static`, the first two of the node, and the tree that they give.
 pub(crate) struct Listener {
@@ -28,7 +28,7 @@ impl Listener {
     /// Takes the messages that arrived into the tree. What contradicts it is reported and ignored.
     pub(crate) fn listen(&mut self, cx: &Context, connection: &mut RosConnection) {
         for (number, topic) in self.topics.iter().enumerate() {
-            let is_static = number == STATIC;
+            let is_static = number == STATIC_NUMBER;
             for (received, arrived) in connection.take_all(cx, number) {
                 if !is_static && !connection.clock.is_known() {
                     continue;

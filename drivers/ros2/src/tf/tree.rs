@@ -8,7 +8,7 @@ use std::collections::btree_map::Entry;
 
 use jde_schema::types::Transform;
 
-use super::history::{Beyond, History, KEPT, normalized};
+use super::history::{Beyond, History, KEPT_NS, normalized};
 
 /// Most frames.
 const MAX_FRAMES: usize = 1024;
@@ -17,7 +17,7 @@ const MAX_NAME: usize = 255;
 /// Greatest error of the length of a rotation's quaternion: that of tf2.
 const TOLERANCE: f64 = 0.01;
 /// Most frames that a message lists.
-const LISTED: usize = 12;
+const MAX_LISTED: usize = 12;
 
 /// The frames, by their names without a leading slash.
 #[derive(Clone, Debug, Default)]
@@ -186,7 +186,7 @@ impl Tree {
             }
             Entry::Occupied(mut place) if place.get().parent != parent => {
                 let edge = place.get_mut();
-                let is_silent = |newest| newest < stamp.saturating_sub(KEPT);
+                let is_silent = |newest| newest < stamp.saturating_sub(KEPT_NS);
                 if !is_static && edge.history.newest().is_some_and(is_silent) {
                     *edge = Edge::new(parent, stamp, transform, is_static);
                     return Ok(());
@@ -301,8 +301,8 @@ impl Tree {
         let mut known: Vec<&str> = self.edges.keys().map(String::as_str).chain(parents).collect();
         known.sort_unstable();
         known.dedup();
-        let more = known.len().saturating_sub(LISTED);
-        known.truncate(LISTED);
+        let more = known.len().saturating_sub(MAX_LISTED);
+        known.truncate(MAX_LISTED);
         let mut known = known.join(", ");
         match (known.is_empty(), more) {
             (true, _) => known.push_str("none"),
@@ -374,7 +374,7 @@ impl Rival {
     /// Whether it is as new as the transforms that are kept.
     fn counts(&self, newest: i64) -> bool {
         self.stamp
-            .is_none_or(|stamp| stamp >= newest.saturating_sub(KEPT))
+            .is_none_or(|stamp| stamp >= newest.saturating_sub(KEPT_NS))
     }
 }
 

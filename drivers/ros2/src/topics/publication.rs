@@ -58,11 +58,11 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
     quality(settings.quality(), value_type)?;
     let is_image = is_of::<Image>(value_type);
     if settings.mount != Pose2D::ORIGIN && !is_image && !is_of::<LaserScan>(value_type) {
-        return Err("`mount` is of laser scans and pictures, and this is neither".to_owned());
+        return Err("`mount` belongs to laser scans and pictures, and this is neither".to_owned());
     }
     let of_cameras = [settings.height, settings.tilt, settings.field_of_view];
     if of_cameras != [0.0; 3] && !is_image {
-        return Err("`height`, `tilt` and `field_of_view` are of pictures, and this is none".to_owned());
+        return Err("`height`, `tilt` and `field_of_view` belong to pictures, and this is none".to_owned());
     }
     if of_cameras.iter().any(|number| !number.is_finite()) || !(0.0..3.1).contains(&settings.field_of_view) {
         return Err(
@@ -71,7 +71,7 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
     }
     if compression(settings)?.is_some() {
         if !is_image {
-            return Err("`compressed` is of pictures, and this is none".to_owned());
+            return Err("`compressed` belongs to pictures, and this is none".to_owned());
         }
         if settings.field_of_view != 0.0 {
             return Err(
@@ -80,17 +80,17 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
         }
     }
     if !settings.child.is_empty() && !is_of::<PoseStamped>(value_type) {
-        return Err("`child` is of poses with a frame, and this is none".to_owned());
+        return Err("`child` belongs to poses with a frame, and this is none".to_owned());
     }
     if !settings.period.is_finite() || !(0.0..=3600.0).contains(&settings.period) {
         return Err(format!("`period` is {}; expected 0 s to 3600 s", settings.period));
     }
     let is_ring = is_of::<RangeRing>(value_type);
     if !settings.frame.is_empty() && !is_ring && !DescribedCodec::new(value_type).has_header() {
-        return Err("`frame` is of messages with a header of their own, and this type has none".to_owned());
+        return Err("`frame` belongs to messages with a header, and this type has none".to_owned());
     }
     if !settings.transform.get() && !is_of::<Odometry>(value_type) {
-        return Err("`transform` is of an odometry, and this is none".to_owned());
+        return Err("`transform` belongs to an odometry, and this is none".to_owned());
     }
     Ok(())
 }
@@ -154,7 +154,7 @@ impl TopicPublication {
             topics.push(compressed::topic(name, quality));
             let compressor = Compressor::start(compression);
             MessageForm::Compressed(
-                compressor.map_err(|error| format!("there is no thread to compress: {error}"))?,
+                compressor.map_err(|error| format!("no thread for compression could be created: {error}"))?,
             )
         } else {
             let codec = DescribedCodec::new(value_type);

@@ -26,7 +26,7 @@ const NAMES: [(&str, Quality); 3] = [
 const RELIABILITIES: [(&str, bool); 2] = [("best_effort", false), ("reliable", true)];
 const DURABILITIES: [(&str, bool); 2] = [("volatile", false), ("transient_local", true)];
 /// The most messages that a topic keeps.
-const MOST: u32 = 10_000;
+const MAX_DEPTH: u32 = 10_000;
 
 /// The types whose topics have the quality of sensors.
 const SENSORS: [&str; 13] = [
@@ -59,12 +59,15 @@ pub(super) fn quality(settings: QualitySettings<'_>, value_type: &Type) -> Resul
         quality.latched = latched;
     }
     if quality.latched && is_of::<Twist>(value_type) {
-        return Err("a velocity is not latched: whoever connects later would drive an old one".to_owned());
+        return Err(
+            "a velocity cannot be latched: a program that connects later would drive by an old one"
+                .to_owned(),
+        );
     }
     match settings.depth {
         0 => {}
-        depth @ 1..=MOST => quality.depth = depth as usize,
-        depth => return Err(format!("`depth` is {depth}; expected at most {MOST}")),
+        depth @ 1..=MAX_DEPTH => quality.depth = depth as usize,
+        depth => return Err(format!("`depth` is {depth}; expected at most {MAX_DEPTH}")),
     }
     Ok(quality)
 }

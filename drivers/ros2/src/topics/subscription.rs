@@ -19,7 +19,7 @@ use crate::scan::Sweep;
 use crate::velocity::{self, VelocitySubscription};
 
 /// Age at which a value is retracted, unless the file or the type states another one.
-const STALE: Duration = Duration::from_secs(1);
+const DEFAULT_STALE: Duration = Duration::from_secs(1);
 /// That age of a velocity.
 const STALE_VELOCITY: Duration = Duration::from_millis(500);
 
@@ -94,10 +94,10 @@ pub(super) fn check(namespace: &str, export: &ListedExport<Subscription>) -> Res
     let (settings, value_type) = (export.settings(), export.value_type());
     quality(settings.quality(), value_type)?;
     if settings.yaw != 0.0 && !is_of::<LaserScan>(value_type) {
-        return Err("`yaw` is of laser scans, and this is none".to_owned());
+        return Err("`yaw` belongs to laser scans, and this is none".to_owned());
     }
     if settings.compressed.get() && !is_of::<Image>(value_type) {
-        return Err("`compressed` is of pictures, and this is none".to_owned());
+        return Err("`compressed` belongs to pictures, and this is none".to_owned());
     }
     if settings.stale > 3600.0 {
         return Err(format!(
@@ -116,7 +116,7 @@ fn stale(stated: f64, value_type: &Type, quality: Quality) -> Option<Duration> {
     match quality.latched {
         true => None,
         false if is_of::<Twist>(value_type) => Some(STALE_VELOCITY),
-        false => Some(STALE),
+        false => Some(DEFAULT_STALE),
     }
 }
 
@@ -147,8 +147,8 @@ impl TopicExport {
             topics.push(compressed::topic(name.clone(), quality));
             let codec = DescribedCodec::new(&Arc::new(CompressedImage::describe()));
             let decompressor = Decompressor::start();
-            let decompressor =
-                decompressor.map_err(|error| format!("there is no thread to decompress: {error}"))?;
+            let decompressor = decompressor
+                .map_err(|error| format!("no thread for decompression could be created: {error}"))?;
             MessageForm::Compressed(number, codec, decompressor)
         } else {
             let codec = DescribedCodec::new(value_type);

@@ -114,6 +114,10 @@ impl Protocol for Session {
         }
     }
 
+    fn refuse_baud(&mut self, now: Duration, events: &mut Vec<Event>) {
+        self.retry("the line lacks the speed", now, events);
+    }
+
     /// Stops the scans.
     fn closing_bytes() -> Vec<u8> {
         request(&step::ON_REQUEST)

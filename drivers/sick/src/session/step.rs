@@ -8,12 +8,12 @@ use crate::telegram::Telegram;
 /// Selects the operating mode with measurements on request only, so that the scanner sends nothing by itself.
 pub(super) const ON_REQUEST: [u8; 2] = [MODE, 0x25];
 const MODE: u8 = 0x20;
-const CONTINUOUS: u8 = 0x24;
+const CONTINUOUS_MODE: u8 = 0x24;
 /// The installation mode, which permits configuration, with the default password.
 const INSTALLATION: &[u8] = b"\x20\x00SICK_LMS";
 const TYPE: u8 = 0x3a;
 const VARIANT: u8 = 0x3b;
-const READ: u8 = 0x74;
+const READ_MODE: u8 = 0x74;
 const WRITE: u8 = 0x77;
 /// Offsets in the configuration.
 const MEASURING_MODE: usize = 5;
@@ -67,9 +67,9 @@ impl Step {
                     (config.beams.view.to_le_bytes(), config.beams.step.to_le_bytes());
                 vec![VARIANT, view, 0, step, 0]
             }
-            Self::Read => vec![READ],
+            Self::Read => vec![READ_MODE],
             Self::Write { block } => [&[WRITE], &block[..]].concat(),
-            Self::Start => vec![MODE, CONTINUOUS],
+            Self::Start => vec![MODE, CONTINUOUS_MODE],
         }
     }
 
@@ -110,7 +110,7 @@ impl Step {
                 [1, ..] => StepResult::Good(Self::Read),
                 _ => StepResult::Refused("it says that this failed".to_owned()),
             },
-            (Self::Read, READ) => match (data.get(MEASURING_MODE), data.get(UNIT)) {
+            (Self::Read, READ_MODE) => match (data.get(MEASURING_MODE), data.get(UNIT)) {
                 (Some(mode), Some(unit)) if (*mode, *unit) == (config.reach.mode, config.reach.unit) => {
                     // No write without need: the memory endures a limited number of writes.
                     StepResult::Good(Self::Start)

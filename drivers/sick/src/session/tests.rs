@@ -11,6 +11,8 @@ struct Wire {
     scanner: EmulatedScanner,
     now: Duration,
     baud: u32,
+    /// A speed that the line lacks.
+    lacks: Option<u32>,
     events: Vec<Event>,
 }
 
@@ -28,6 +30,7 @@ impl Wire {
             scanner,
             now: Duration::ZERO,
             baud: first,
+            lacks: None,
             events: Vec::new(),
         };
         wire.exchange(events);
@@ -40,6 +43,10 @@ impl Wire {
         while let Some(event) = events.get(at).cloned() {
             at += 1;
             match &event {
+                Event::Baud(baud) if self.lacks == Some(*baud) => {
+                    events.truncate(at);
+                    self.session.refuse_baud(self.now, &mut events);
+                }
                 Event::Baud(baud) => self.baud = *baud,
                 Event::Send(bytes) => {
                     let reply = self.scanner.receive(bytes, self.baud);
@@ -138,6 +145,18 @@ fn a_scanner_is_found_at_any_speed_even_while_it_sends_scans() {
             }
         }
     }
+}
+
+#[test]
+fn a_speed_that_the_line_lacks_is_skipped() {
+    let scanner = EmulatedScanner {
+        baud: 19_200,
+        ..EmulatedScanner::new()
+    };
+    let mut wire = Wire::new(scanner, 9600, 9600, (181, 8));
+    wire.lacks = Some(38_400);
+    wire.settle();
+    assert!(wire.session.is_ready(), "{:?}", wire.lost());
 }
 
 #[test]

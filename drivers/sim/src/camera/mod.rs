@@ -2,10 +2,11 @@
 //! nothing and opens no world itself.
 
 use core::time::Duration;
+use std::collections::VecDeque;
 
 use jde_schema::prelude::*;
 use jde_schema::types::CameraInfo;
-use jde_sim::{CameraConfig, CameraMount, DepthConfig, RobotId, World};
+use jde_sim::{CameraConfig, CameraMount, Delivery, DepthConfig, Lens, RobotId, World, WorldError};
 
 use crate::worlds;
 
@@ -69,6 +70,39 @@ pub struct Camera {
     /// structured light.
     #[modulation(default = 0.001425, unit = "m", min = 0.0, fixed)]
     depth_noise: Modulation<f64>,
+    /// How far to the right of the middle of the picture the optical axis is.
+    #[modulation(default = 0.0, unit = "px", fixed)]
+    principal_x: Modulation<f64>,
+    /// How far below the middle of the picture the optical axis is.
+    #[modulation(default = 0.0, unit = "px", fixed)]
+    principal_y: Modulation<f64>,
+    /// First radial coefficient of the distortion of its lens ("plumb_bob"); negative for a barrel.
+    #[modulation(default = 0.0, fixed)]
+    k1: Modulation<f64>,
+    /// Second radial coefficient.
+    #[modulation(default = 0.0, fixed)]
+    k2: Modulation<f64>,
+    /// First tangential coefficient.
+    #[modulation(default = 0.0, fixed)]
+    p1: Modulation<f64>,
+    /// Second tangential coefficient.
+    #[modulation(default = 0.0, fixed)]
+    p2: Modulation<f64>,
+    /// Third radial coefficient.
+    #[modulation(default = 0.0, fixed)]
+    k3: Modulation<f64>,
+    /// Standard deviation of the red, green and blue of each pixel, in steps of the 256.
+    #[modulation(default = 0.0, min = 0.0, max = 100.0, fixed)]
+    noise: Modulation<f64>,
+    /// Least time from a picture to its arrival. It is stamped with the time at which it was taken.
+    #[modulation(default = 0.0, unit = "s", min = 0.0, max = 10.0, fixed)]
+    latency: Modulation<f64>,
+    /// Greatest time beyond the latency.
+    #[modulation(default = 0.0, unit = "s", min = 0.0, max = 10.0, fixed)]
+    jitter: Modulation<f64>,
+    /// Part of the pictures that never arrive.
+    #[modulation(default = 0.0, min = 0.0, max = 1.0, fixed)]
+    dropped: Modulation<f64>,
     /// The picture, "rgb8", in the frame of the camera by REP-103: x to the right, y down, z into the
     /// picture. Stamped with the world's time.
     #[export]
@@ -77,13 +111,25 @@ pub struct Camera {
     /// -∞ is too near (REP-118, REP-117). Frame and stamp are those of the picture. None without `with_depth`.
     #[export]
     depth: Export<Image>,
-    /// The calibration of its pictures, which have no distortion.
+    /// The calibration of its pictures.
     #[export]
     camera_info: Export<CameraInfo>,
     /// The world of its robot; set when it wakes.
     key: Option<worlds::Key>,
     capture: CaptureState,
     /// The depths of the picture in progress, in metres.
+    depths: Vec<f32>,
+    /// The pictures that have not arrived yet, the oldest first.
+    waiting: VecDeque<Waiting>,
+}
+
+/// A picture on its way.
+struct Waiting {
+    arrives: Duration,
+    /// When it was taken.
+    time: Duration,
+    picture: Vec<u8>,
+    /// Metres; empty without depths.
     depths: Vec<f32>,
 }
 
@@ -97,7 +143,7 @@ enum CaptureState {
     Waiting(Duration),
     /// No robot carries it, and it has warned.
     Reported,
-    /// The exported picture shows the world at this time, ns.
+    /// The newest picture shows the world at this time, ns.
     Published(u64),
 }
 
@@ -109,6 +155,7 @@ impl Schema for Camera {
         self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
         // After a sleep, the world is shown again even if its time is the same.
         self.capture = CaptureState::Woken;
+        self.waiting.clear();
         Ok(())
     }
 
@@ -129,6 +176,7 @@ impl Schema for Camera {
             self.wait_for_robot(cx);
             return Ok(());
         };
+        self.deliver(cx)?;
         if matches!(self.capture, CaptureState::Published(time) if time == world.now()) {
             return Ok(());
         }
@@ -144,7 +192,7 @@ impl Inspect for Camera {
         problems.expect(&self.depth_max, self.check_depth_config(cx));
         let world = self
             .check_names(cx)
-            .and_then(|()| Ok(World::load(self.world.get(cx).as_str(), cx.seed())?));
+            .and_then(|()| Ok(worlds::load(self.world.get(cx).as_str(), cx.seed())?));
         if let Some(world) = problems.expect(&self.world, world) {
             problems.expect(&self.robot, find_robot(&world, self.robot.get(cx).as_str()));
         }
@@ -190,6 +238,7 @@ impl Camera {
 
     /// Retracts the picture and its depths, and warns once if the robot remains absent.
     fn wait_for_robot(&mut self, cx: &Context) {
+        self.waiting.clear();
         self.capture = match self.capture {
             CaptureState::Woken => CaptureState::Waiting(cx.now()),
             CaptureState::Published(_) => {
@@ -212,30 +261,74 @@ impl Camera {
         };
     }
 
+    /// Takes a picture, and publishes it now or when it arrives.
     fn take(&mut self, cx: &Context, world: &World, robot: RobotId) -> Result {
         let (config, depth_config) = (self.config(cx), self.depth_config(cx));
         let time = Duration::from_nanos(world.now());
+        let draw = |picture: &mut [u8], depths: &mut Vec<f32>| match &depth_config {
+            Some(depth_config) => {
+                depths.resize(config.pixels(), 0.0);
+                world.picture_with_depths(robot, (&config, depth_config), picture, depths)
+            }
+            None => world.picture(robot, &config, picture),
+        };
+        let delivery = Delivery {
+            latency: self.latency.get(cx),
+            jitter: self.jitter.get(cx),
+            dropped: self.dropped.get(cx),
+        };
+        let Some(delay) = world.delay(robot, &delivery, config.stream)? else {
+            return Ok(());
+        };
+        if delay == Duration::ZERO && self.waiting.is_empty() {
+            return self.publish(cx, (&config, time), draw);
+        }
+        let (mut picture, mut depths) = (vec![0; config.bytes()], Vec::new());
+        draw(&mut picture, &mut depths)?;
+        let last = self.waiting.back().map_or(Duration::ZERO, |last| last.arrives);
+        self.waiting.push_back(Waiting {
+            arrives: (cx.now() + delay).max(last),
+            time,
+            picture,
+            depths,
+        });
+        Ok(())
+    }
+
+    /// Publishes the pictures that have arrived.
+    fn deliver(&mut self, cx: &Context) -> Result {
+        let config = self.config(cx);
+        while let Some(first) = self.waiting.pop_front_if(|first| first.arrives <= cx.now()) {
+            self.publish(cx, (&config, first.time), |picture, depths| {
+                picture.copy_from_slice(&first.picture);
+                *depths = first.depths;
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Publishes a picture that `draw` fills, and its depths if it measures them.
+    fn publish(
+        &mut self,
+        cx: &Context,
+        (config, time): (&CameraConfig, Duration),
+        draw: impl FnOnce(&mut [u8], &mut Vec<f32>) -> Result<(), WorldError>,
+    ) -> Result {
         let mut image = self.image.loan(cx);
-        describe(&mut image, &config, time, ("rgb8", 3));
-        let picture = image.data.resize(config.bytes());
-        if let Some(depth_config) = &depth_config {
-            self.depths.resize(config.pixels(), 0.0);
-            world.picture_with_depths(robot, (&config, depth_config), picture, &mut self.depths)?;
+        describe(&mut image, config, time, ("rgb8", 3));
+        draw(image.data.resize(config.bytes()), &mut self.depths)?;
+        if self.with_depth.get(cx).get() {
             let mut depth = self.depth.loan(cx);
-            describe(&mut depth, &config, time, ("32FC1", DEPTH_BYTES));
+            describe(&mut depth, config, time, ("32FC1", DEPTH_BYTES));
             let bytes = depth.data.resize(DEPTH_BYTES * config.pixels());
             let (places, _) = bytes.as_chunks_mut::<DEPTH_BYTES>();
             for (place, depth) in places.iter_mut().zip(&self.depths) {
                 *place = depth.to_le_bytes();
             }
             depth.publish_at(time);
-        } else {
-            world.picture(robot, &config, picture)?;
         }
-        let info = CameraInfo {
-            header: image.header,
-            ..CameraInfo::pinhole([image.width, image.height], config.field_of_view)
-        };
+        let info = calibration(config, image.header);
         // Before the picture: whoever the picture wakes has both.
         self.camera_info.write_at(cx, info, time);
         image.publish_at(time);
@@ -254,6 +347,12 @@ impl Camera {
             },
             place: [self.x.get(cx), self.y.get(cx), self.z.get(cx)],
             yaw: self.yaw.get(cx),
+            lens: Lens {
+                principal: [self.principal_x.get(cx), self.principal_y.get(cx)],
+                distortion: [&self.k1, &self.k2, &self.p1, &self.p2, &self.k3].map(|k| k.get(cx)),
+            },
+            noise: self.noise.get(cx),
+            stream: self.stream(cx),
         }
     }
 
@@ -263,9 +362,13 @@ impl Camera {
             range_min: self.depth_min.get(cx),
             range_max: self.depth_max.get(cx),
             sigma: self.depth_noise.get(cx),
-            // The seed depends on the name of this schema: each camera has noise of its own.
-            stream: cx.seed() as u16,
+            stream: self.stream(cx),
         })
+    }
+
+    /// Returns what separates its noise: the seed depends on the name of this schema.
+    fn stream(&self, cx: &Context) -> u16 {
+        cx.seed() as u16
     }
 }
 
@@ -279,6 +382,20 @@ fn check_capacity(config: &CameraConfig, what: &str, bytes: usize, largest: &str
         .into());
     }
     Ok(())
+}
+
+/// Returns what a calibration of the camera would find.
+fn calibration(config: &CameraConfig, header: Header) -> CameraInfo {
+    let mut info = CameraInfo {
+        header,
+        ..CameraInfo::pinhole([config.width as u32, config.height as u32], config.field_of_view)
+    };
+    let [right, down] = config.lens.principal;
+    info.k[2] += right;
+    info.k[5] += down;
+    (info.p[2], info.p[6]) = (info.k[2], info.k[5]);
+    info.d.resize(5).copy_from_slice(&config.lens.distortion);
+    info
 }
 
 /// Fills the fields of an image beside its data.

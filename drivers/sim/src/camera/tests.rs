@@ -5,6 +5,7 @@ use core::time::Duration;
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
+use jde_schema::types::CameraInfo;
 
 use super::Camera;
 use crate::tests::{Robot, file};
@@ -326,4 +327,75 @@ fn a_camera_without_depth_exports_none() {
     camera.iterate().expect("it takes a picture");
     assert!(image(&camera).is_some());
     assert!(camera.exported_in_place::<Image>("depth").is_none());
+}
+
+#[test]
+fn a_camera_states_its_lens() {
+    let (_folder, path) = file(HALL);
+    let _robot = Robot::awake(&path, "carrier");
+    let mut bench = camera(&path, "carrier");
+    for (key, value) in [
+        ("principal_x", 5.0),
+        ("principal_y", -3.0),
+        ("k1", -0.02),
+        ("p2", 0.001),
+        ("noise", 2.0),
+    ] {
+        bench.set(key, value);
+    }
+    bench.awake().expect("its configuration is valid");
+    bench.iterate().expect("it takes a picture");
+    let info: CameraInfo = bench.exported("camera_info").expect("a picture");
+    assert_eq!((info.k[2], info.k[5]), (159.5 + 5.0, 119.5 - 3.0));
+    assert_eq!((info.p[2], info.p[6]), (info.k[2], info.k[5]));
+    assert_eq!(info.d.as_slice(), [-0.02, 0.0, 0.0, 0.001, 0.0]);
+    assert_eq!(info.distortion_model.as_str(), "plumb_bob");
+    let ([u, v], focal) = (red(image(&bench).expect("a picture")), info.k[0]);
+    // The ball is 2 m ahead of the head, 0.25 m lower.
+    let (x, y) = (0.0, 0.25 / 2.0);
+    let r2 = x * x + y * y;
+    let expected = [
+        info.k[2] + 0.5 + focal * (0.001 * r2),
+        info.k[5] + 0.5 + focal * y * (1.0 - 0.02 * r2),
+    ];
+    assert!(
+        (u - expected[0]).abs() < 1.0 && (v - expected[1]).abs() < 1.0,
+        "{u} {v} {expected:?}"
+    );
+}
+
+#[test]
+fn a_lens_that_folds_its_picture_is_a_problem_of_the_camera() {
+    let (_folder, path) = file(HALL);
+    let mut bench = camera(&path, "carrier");
+    bench.set("k1", -2.0);
+    let error = bench.awake().expect_err("it folds").to_string();
+    assert!(error.contains("camera k1"), "{error}");
+}
+
+#[test]
+fn a_late_picture_states_when_it_was_taken() {
+    let (_folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    let (mut prompt, mut late) = (camera(&path, "carrier"), camera(&path, "carrier"));
+    late.set("latency", 0.12);
+    for bench in [&mut prompt, &mut late] {
+        bench.awake().expect("its configuration is valid");
+    }
+    let mut pictures = Vec::new();
+    for _ in 0..20 {
+        robot.bench.command("velocity", &Twist::planar(0.0, 0.3));
+        robot.idle(0.05);
+        for bench in [&mut prompt, &mut late] {
+            bench.set_now(robot.now);
+            bench.iterate().expect("it takes a picture");
+        }
+        pictures.push((prompt.exported_at("image"), bytes(&prompt)));
+        if let Some(measured) = late.exported_at("image") {
+            assert!(robot.now - measured >= Duration::from_millis(120), "{measured:?}");
+            assert!(pictures.contains(&(Some(measured), bytes(&late))));
+            assert_eq!(late.exported_at("camera_info"), Some(measured));
+        }
+    }
+    assert!(late.exported_at("image").is_some());
 }

@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 use super::*;
 
+mod deliveries;
 mod robots;
 
 /// A room of 6 x 5 m. `bench` is the name of schemas on a test bench.
@@ -377,11 +378,11 @@ fn invalid_worlds_and_robots_are_refused_with_a_remedy() {
     assert_refused(
         &path.replace("place", "palace"),
         "bench",
-        &["palace.toml", "cannot read the world"],
+        &["palace.toml: there is no such file", "place.toml`?"],
     );
     assert_refused(&path, "bnech", &["no robot `bnech`", "did you mean `bench`?"]);
     let (_folder, path) = file(&ROOM.replace("x = 2,", "x = two,"));
-    assert_refused(&path, "bench", &["place.toml:5"]);
+    assert_refused(&path, "bench", &["place.toml:5:"]);
     let (_folder, path) = file(&ROOM.replace("x = 2,", "x = 0.1,"));
     assert_refused(&path, "bench", &["place.toml:5", "starts on `room`"]);
 }

@@ -18,14 +18,14 @@ fn robot(model: &str, world: &str) -> Bench<crate::Robot> {
     bench
 }
 
-fn awake(model: &str, world: &str) -> Bench<crate::Robot> {
+pub(super) fn awake(model: &str, world: &str) -> Bench<crate::Robot> {
     let mut bench = robot(model, world);
     bench.awake().expect("it enters the world");
     bench
 }
 
 /// Renews a command for a number of periods of the driver. Returns the time at the end.
-fn drive(bench: &mut Bench<crate::Robot>, from: Duration, twist: Twist, periods: u32) -> Duration {
+pub(super) fn drive(bench: &mut Bench<crate::Robot>, from: Duration, twist: Twist, periods: u32) -> Duration {
     let mut now = from;
     for _ in 0..periods {
         bench.command("velocity", &twist);
@@ -152,6 +152,77 @@ fn the_body_has_the_outline_and_the_place_of_each_laser_by_its_frame() {
 }
 
 #[test]
+fn the_dynamics_are_those_of_the_file_with_the_numbers_of_the_application() {
+    let (_folder, path) = file(ROOM);
+    let dynamics = |model: &str, lag: f64| {
+        let mut bench = robot(model, &path);
+        bench.set("lag", lag);
+        bench.awake().expect("it enters the world");
+        drive(&mut bench, Duration::ZERO, Twist::ZERO, 1);
+        bench
+            .exported::<BaseDynamics>("dynamics")
+            .expect("it has iterated")
+    };
+    let jackal = dynamics("jackal", -1.0);
+    assert_eq!(
+        (jackal.acceleration, jackal.deceleration, jackal.lag),
+        (20.0, 20.0, 0.0)
+    );
+    near(jackal.turn_acceleration, 25.0, 1e-6);
+    assert_eq!(dynamics("jackal", 0.2), BaseDynamics { lag: 0.2, ..jackal });
+    let car = dynamics("racecar", -1.0);
+    assert!(car.acceleration > 0.0 && car.turn_acceleration == 0.0, "{car:?}");
+}
+
+#[test]
+fn the_dynamics_of_an_omnidirectional_robot_are_the_lesser_of_ahead_and_to_the_side() {
+    let (folder, path) = file(ROOM);
+    let model = folder.path().join("robot.toml");
+    let text = include_str!("../../../../robots/omni.toml");
+    let slow = text.replace("lateral_acceleration  = 1.0", "lateral_acceleration  = 0.4");
+    assert_ne!(text, slow);
+    fs::write(&model, slow).expect("a file");
+    let exported = |acceleration: f64| {
+        let mut bench = robot(model.to_str().expect("a path"), &path);
+        bench.set("acceleration", acceleration);
+        bench.awake().expect("it enters the world");
+        drive(&mut bench, Duration::ZERO, Twist::ZERO, 1);
+        let dynamics: BaseDynamics = bench.exported("dynamics").expect("it has iterated");
+        (
+            dynamics.acceleration,
+            dynamics.deceleration,
+            bench.exported::<Twist>("setpoint"),
+        )
+    };
+    assert_eq!(exported(-1.0), (0.4, 0.4, None));
+    assert_eq!(exported(2.0), (2.0, 2.0, Some(Twist::ZERO)), "the application's");
+}
+
+#[test]
+fn the_setpoint_is_what_the_motors_are_led_to_within_their_accelerations() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = awake("pioneer-3dx", &path);
+    let mut now = drive(&mut bench, Duration::ZERO, Twist::planar(9.0, 0.0), 3);
+    let (mut setpoint, mut speed) = (Twist::ZERO, 0.0);
+    for _ in 0..6 {
+        now = drive(&mut bench, now, Twist::planar(9.0, 0.0), 10);
+        setpoint = bench.exported("setpoint").expect("it has iterated");
+        speed = bench
+            .exported::<Truth>("truth")
+            .expect("it has iterated")
+            .twist
+            .linear
+            .x;
+        near(setpoint.linear.x, speed, 0.01);
+    }
+    assert!(speed > 0.9 && setpoint.angular.z == 0.0, "{setpoint:?}");
+    drop(bench);
+    let mut car = awake("racecar", &path);
+    drive(&mut car, Duration::ZERO, Twist::planar(0.1, 0.0), 3);
+    assert_eq!(car.exported::<Twist>("setpoint"), None);
+}
+
+#[test]
 fn an_omnidirectional_robot_obeys_the_speed_to_the_side() {
     let (_folder, path) = file(ROOM);
     let mut bench = awake("omni", &path);
@@ -242,7 +313,7 @@ fn a_file_beside_the_application_is_a_robot_and_its_faults_are_reported() {
     assert!(
         problems[0]
             .words
-            .contains("mine.toml:9: footprint: `radius` is -1"),
+            .contains("mine.toml:9:10: `radius` of `footprint` of the robot is -1"),
         "{}",
         problems[0].words
     );

@@ -2,10 +2,10 @@
 //! same kind, as in CEL. Comparison accepts numbers of all kinds.
 
 use cel::common::ast::operators;
-use jde_board::nearest;
+use jde_nearest::nearest;
 
 use crate::condition::Reason;
-use crate::kind::Kind;
+use crate::kind::ValueKind;
 
 /// The functions that are not operators, to suggest one for a misspelt name.
 const FUNCTIONS: [&str; 20] = [
@@ -35,28 +35,33 @@ const FUNCTIONS: [&str; 20] = [
 ///
 /// # Errors
 /// It does not accept these kinds, or it does not exist.
-pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
+pub(super) fn kind(name: &str, kinds: &[ValueKind]) -> Result<ValueKind, Reason> {
     let mismatch = |what: &str| {
-        let kinds: Vec<_> = kinds.iter().map(Kind::to_string).collect();
+        let kinds: Vec<_> = kinds.iter().map(ValueKind::to_string).collect();
         Reason::Kinds(format!("{what}, not {}", kinds.join(" and ")))
     };
-    let all = |fits: &dyn Fn(&Kind) -> bool| kinds.iter().all(|kind| *kind == Kind::Any || fits(kind));
-    let first = kinds.first().cloned().unwrap_or(Kind::Any);
+    let all =
+        |fits: &dyn Fn(&ValueKind) -> bool| kinds.iter().all(|kind| *kind == ValueKind::Any || fits(kind));
+    let first = kinds.first().cloned().unwrap_or(ValueKind::Any);
     match name {
         operators::LOGICAL_AND | operators::LOGICAL_OR | operators::LOGICAL_NOT => {
             let sign = name.trim_matches('_');
-            all(&|kind| *kind == Kind::Bool)
-                .then_some(Kind::Bool)
+            all(&|kind| *kind == ValueKind::Bool)
+                .then_some(ValueKind::Bool)
                 .ok_or_else(|| mismatch(&format!("`{sign}` takes bools")))
         }
-        operators::NOT_STRICTLY_FALSE => Ok(Kind::Bool),
+        operators::NOT_STRICTLY_FALSE => Ok(ValueKind::Bool),
         operators::CONDITIONAL => match kinds {
-            [Kind::Bool | Kind::Any, yes, no] if yes == no => Ok(yes.clone()),
-            [Kind::Bool | Kind::Any, Kind::List(first), Kind::List(second)] => {
-                let known = if **first == Kind::Any { second } else { first };
-                Ok(Kind::List(known.clone()))
+            [ValueKind::Bool | ValueKind::Any, yes, no] if yes == no => Ok(yes.clone()),
+            [
+                ValueKind::Bool | ValueKind::Any,
+                ValueKind::List(first),
+                ValueKind::List(second),
+            ] => {
+                let known = if **first == ValueKind::Any { second } else { first };
+                Ok(ValueKind::List(known.clone()))
             }
-            [Kind::Bool | Kind::Any, _, _] => Ok(Kind::Any),
+            [ValueKind::Bool | ValueKind::Any, _, _] => Ok(ValueKind::Any),
             _ => Err(mismatch("`?` takes a bool")),
         },
         operators::LESS
@@ -65,28 +70,28 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
         | operators::GREATER_EQUALS
         | operators::EQUALS
         | operators::NOT_EQUALS => {
-            let same_kind = all(&Kind::is_number) || all(&|kind| *kind == first);
+            let same_kind = all(&ValueKind::is_number) || all(&|kind| *kind == first);
             let sign = name.trim_matches('_');
-            let comparable = all(&|kind| !matches!(kind, Kind::Struct(_)));
+            let comparable = all(&|kind| !matches!(kind, ValueKind::Struct(_)));
             (same_kind && comparable)
-                .then_some(Kind::Bool)
+                .then_some(ValueKind::Bool)
                 .ok_or_else(|| mismatch(&format!("`{sign}` compares numbers, or texts")))
         }
-        operators::ADD if matches!(kinds, [Kind::List(_), Kind::List(_)]) => {
+        operators::ADD if matches!(kinds, [ValueKind::List(_), ValueKind::List(_)]) => {
             let known = kinds
                 .iter()
-                .find(|kind| **kind != Kind::List(Box::new(Kind::Any)));
+                .find(|kind| **kind != ValueKind::List(Box::new(ValueKind::Any)));
             Ok(known.cloned().unwrap_or(first))
         }
-        operators::ADD if all(&|kind| *kind == Kind::Text) => Ok(first),
+        operators::ADD if all(&|kind| *kind == ValueKind::Text) => Ok(first),
         operators::ADD
         | operators::SUBSTRACT
         | operators::MULTIPLY
         | operators::DIVIDE
         | operators::MODULO => {
             let sign = name.trim_matches('_');
-            let known = kinds.iter().find(|kind| **kind != Kind::Any).cloned();
-            let known = known.unwrap_or(Kind::Any);
+            let known = kinds.iter().find(|kind| **kind != ValueKind::Any).cloned();
+            let known = known.unwrap_or(ValueKind::Any);
             all(&|kind| kind.is_number() && *kind == known)
                 .then(|| known.clone())
                 .ok_or_else(|| {
@@ -95,55 +100,62 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
                     ))
                 })
         }
-        operators::NEGATE => all(&|kind| matches!(kind, Kind::Int | Kind::Double))
+        operators::NEGATE => all(&|kind| matches!(kind, ValueKind::Int | ValueKind::Double))
             .then_some(first)
             .ok_or_else(|| mismatch("`-` takes an int or a double")),
         operators::INDEX => match kinds {
-            [Kind::List(element), Kind::Int | Kind::UInt | Kind::Any] => Ok((**element).clone()),
-            [Kind::Any, _] => Ok(Kind::Any),
+            [
+                ValueKind::List(element),
+                ValueKind::Int | ValueKind::UInt | ValueKind::Any,
+            ] => Ok((**element).clone()),
+            [ValueKind::Any, _] => Ok(ValueKind::Any),
             _ => Err(mismatch("`[]` takes a list and a whole number")),
         },
         operators::IN => match kinds {
-            [_, Kind::List(_) | Kind::Any] => Ok(Kind::Bool),
+            [_, ValueKind::List(_) | ValueKind::Any] => Ok(ValueKind::Bool),
             _ => Err(mismatch("`in` takes a value and a list")),
         },
         "size" => match kinds {
-            [Kind::List(_) | Kind::Text | Kind::Any] => Ok(Kind::Int),
+            [ValueKind::List(_) | ValueKind::Text | ValueKind::Any] => Ok(ValueKind::Int),
             _ => Err(mismatch("`size` takes a list or a text")),
         },
         "int" | "uint" | "double" => match kinds {
-            [Kind::Int | Kind::UInt | Kind::Double | Kind::Text | Kind::Any] => Ok(match name {
-                "int" => Kind::Int,
-                "uint" => Kind::UInt,
-                _ => Kind::Double,
-            }),
+            [ValueKind::Int | ValueKind::UInt | ValueKind::Double | ValueKind::Text | ValueKind::Any] => {
+                Ok(match name {
+                    "int" => ValueKind::Int,
+                    "uint" => ValueKind::UInt,
+                    _ => ValueKind::Double,
+                })
+            }
             _ => Err(mismatch(&format!("`{name}` takes a number"))),
         },
-        "string" => Ok(Kind::Text),
-        "contains" | "startsWith" | "endsWith" => (kinds.len() == 2 && all(&|kind| *kind == Kind::Text))
-            .then_some(Kind::Bool)
+        "string" => Ok(ValueKind::Text),
+        "contains" | "startsWith" | "endsWith" => (kinds.len() == 2 && all(&|kind| *kind == ValueKind::Text))
+            .then_some(ValueKind::Bool)
             .ok_or_else(|| mismatch(&format!("`{name}` takes two texts"))),
-        "math.abs" | "math.sign" => (kinds.len() == 1 && all(&Kind::is_number))
+        "math.abs" | "math.sign" => (kinds.len() == 1 && all(&ValueKind::is_number))
             .then_some(first)
             .ok_or_else(|| mismatch(&format!("`{name}` takes a number"))),
-        "math.sqrt" => (kinds.len() == 1 && all(&Kind::is_number))
-            .then_some(Kind::Double)
+        "math.sqrt" => (kinds.len() == 1 && all(&ValueKind::is_number))
+            .then_some(ValueKind::Double)
             .ok_or_else(|| mismatch("`math.sqrt` takes a number")),
         "math.ceil" | "math.floor" | "math.round" | "math.trunc" => (kinds.len() == 1
-            && all(&|kind| *kind == Kind::Double))
-        .then_some(Kind::Double)
+            && all(&|kind| *kind == ValueKind::Double))
+        .then_some(ValueKind::Double)
         .ok_or_else(|| mismatch(&format!("`{name}` takes a double"))),
         "math.isNaN" | "math.isInf" | "math.isFinite" => (kinds.len() == 1
-            && all(&|kind| *kind == Kind::Double))
-        .then_some(Kind::Bool)
+            && all(&|kind| *kind == ValueKind::Double))
+        .then_some(ValueKind::Bool)
         .ok_or_else(|| mismatch(&format!("`{name}` takes a double"))),
         "math.@max" | "math.@min" => match kinds {
-            [Kind::List(element)] if element.is_number() || **element == Kind::Any => Ok((**element).clone()),
-            [_] | [] => all(&Kind::is_number)
+            [ValueKind::List(element)] if element.is_number() || **element == ValueKind::Any => {
+                Ok((**element).clone())
+            }
+            [_] | [] => all(&ValueKind::is_number)
                 .then_some(first)
                 .ok_or_else(|| mismatch("`math.greatest` and `math.least` take numbers, or a list of them")),
             _ if all(&|kind| kind.is_number() && *kind == first) => Ok(first),
-            _ if all(&Kind::is_number) => Ok(Kind::Double),
+            _ if all(&ValueKind::is_number) => Ok(ValueKind::Double),
             _ => Err(mismatch(
                 "`math.greatest` and `math.least` take numbers, or a list of them",
             )),

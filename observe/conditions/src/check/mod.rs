@@ -9,10 +9,10 @@ use std::sync::Arc;
 use cel::Program;
 use cel::common::ast::{ComprehensionExpr, Expr, IdedExpr, LiteralValue, SelectExpr};
 use jde_abi::describe::Type;
-use jde_board::nearest;
+use jde_nearest::nearest;
 
 use crate::condition::{Mistake, Reason};
-use crate::kind::Kind;
+use crate::kind::ValueKind;
 
 /// Finds a variable or signal by its name in an expression. Returns its full name and its type.
 pub(super) type FindInput<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;
@@ -26,7 +26,7 @@ pub(super) fn check<'n>(
     program: &Program,
     input: &FindInput<'_, 'n>,
     known: &BTreeMap<String, Arc<Type>>,
-) -> Result<(Kind, BTreeSet<String>), Mistake> {
+) -> Result<(ValueKind, BTreeSet<String>), Mistake> {
     let mut checker = Checker {
         program,
         input,
@@ -43,20 +43,20 @@ struct Checker<'a, 'n> {
     input: &'a FindInput<'a, 'n>,
     known: &'a BTreeMap<String, Arc<Type>>,
     /// The names of a list's elements within `exists` and similar macros, innermost last.
-    bound: Vec<(String, Kind)>,
+    bound: Vec<(String, ValueKind)>,
     used: BTreeSet<String>,
 }
 
 impl Checker<'_, '_> {
-    fn kind(&mut self, expression: &IdedExpr) -> Result<Kind, Mistake> {
+    fn kind(&mut self, expression: &IdedExpr) -> Result<ValueKind, Mistake> {
         match &expression.expr {
             Expr::Literal(literal) => Ok(match literal {
-                LiteralValue::Boolean(_) => Kind::Bool,
-                LiteralValue::Double(_) => Kind::Double,
-                LiteralValue::Int(_) => Kind::Int,
-                LiteralValue::UInt(_) => Kind::UInt,
-                LiteralValue::String(_) => Kind::Text,
-                LiteralValue::Bytes(_) | LiteralValue::Null => Kind::Any,
+                LiteralValue::Boolean(_) => ValueKind::Bool,
+                LiteralValue::Double(_) => ValueKind::Double,
+                LiteralValue::Int(_) => ValueKind::Int,
+                LiteralValue::UInt(_) => ValueKind::UInt,
+                LiteralValue::String(_) => ValueKind::Text,
+                LiteralValue::Bytes(_) | LiteralValue::Null => ValueKind::Any,
             }),
             Expr::Ident(name) => match self.bound(name) {
                 Some(kind) => Ok(kind),
@@ -84,10 +84,10 @@ impl Checker<'_, '_> {
                     element = match element {
                         None => Some(kind),
                         Some(other) if other == kind => Some(other),
-                        Some(_) => Some(Kind::Any),
+                        Some(_) => Some(ValueKind::Any),
                     };
                 }
-                Ok(Kind::List(Box::new(element.unwrap_or(Kind::Any))))
+                Ok(ValueKind::List(Box::new(element.unwrap_or(ValueKind::Any))))
             }
             Expr::Map(_) | Expr::Struct(_) | Expr::Unspecified => Err(self.mistake(
                 expression.id,
@@ -97,32 +97,32 @@ impl Checker<'_, '_> {
     }
 
     /// Checks the name of a variable or signal.
-    fn input(&mut self, id: u64, name: String) -> Result<Kind, Mistake> {
+    fn input(&mut self, id: u64, name: String) -> Result<ValueKind, Mistake> {
         let Some((_, value_type)) = (self.input)(&name) else {
             return Err(self.unknown(id, "variable", &name));
         };
-        let kind = Kind::of(value_type);
+        let kind = ValueKind::of(value_type);
         self.used.insert(name);
         Ok(kind)
     }
 
-    fn bound(&self, name: &str) -> Option<Kind> {
+    fn bound(&self, name: &str) -> Option<ValueKind> {
         let found = self.bound.iter().rev().find(|(bound, _)| bound == name);
         found.map(|(_, kind)| kind.clone())
     }
 
     /// Checks a variable, `owner.name`, or a field of the operand.
-    fn select(&mut self, id: u64, select: &SelectExpr) -> Result<Kind, Mistake> {
+    fn select(&mut self, id: u64, select: &SelectExpr) -> Result<ValueKind, Mistake> {
         if let Expr::Ident(owner) = &select.operand.expr
             && self.bound(owner).is_none()
         {
             return self.input(select.operand.id, format!("{owner}.{}", select.field));
         }
         let of = self.kind(&select.operand)?;
-        let Kind::Struct(value_type) = &of else {
+        let ValueKind::Struct(value_type) = &of else {
             return match of {
-                Kind::Any => Ok(Kind::Any),
-                Kind::List(_) => Err(self.mistake(
+                ValueKind::Any => Ok(ValueKind::Any),
+                ValueKind::List(_) => Err(self.mistake(
                     id,
                     Reason::Kinds(format!(
                         "a list has no field `{}`; choose an element, as in `[0]`, or test all of them with `exists`",
@@ -137,8 +137,8 @@ impl Checker<'_, '_> {
         };
         let field = value_type.fields.iter().find(|field| field.name == select.field);
         match field {
-            Some(_) if select.test => Ok(Kind::Bool),
-            Some(field) => Ok(Kind::field(field)),
+            Some(_) if select.test => Ok(ValueKind::Bool),
+            Some(field) => Ok(ValueKind::field(field)),
             None => {
                 let names = value_type.fields.iter().map(|field| field.name.as_str());
                 Err(self.mistake(
@@ -154,11 +154,11 @@ impl Checker<'_, '_> {
     }
 
     /// Checks `exists`, `all`, `map` and similar macros.
-    fn comprehension(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Mistake> {
+    fn comprehension(&mut self, comprehension: &ComprehensionExpr) -> Result<ValueKind, Mistake> {
         let range = self.kind(&comprehension.iter_range)?;
         let element = match range {
-            Kind::List(element) => *element,
-            Kind::Any => Kind::Any,
+            ValueKind::List(element) => *element,
+            ValueKind::Any => ValueKind::Any,
             other => {
                 return Err(self.mistake(
                     comprehension.iter_range.id,
@@ -175,7 +175,7 @@ impl Checker<'_, '_> {
         kind
     }
 
-    fn inside(&mut self, comprehension: &ComprehensionExpr) -> Result<Kind, Mistake> {
+    fn inside(&mut self, comprehension: &ComprehensionExpr) -> Result<ValueKind, Mistake> {
         self.kind(&comprehension.loop_cond)?;
         let result = self.kind(&comprehension.loop_step)?;
         self.bound.push((comprehension.accu_var.clone(), result));

@@ -4,7 +4,7 @@ use cel::common::ast::{CallExpr, ComprehensionExpr, Expr, IdedExpr, LiteralValue
 use jde_abi::describe::{Field, FieldKind, Form, Type};
 
 use super::number::{self, Number};
-use super::{FindInput, Fold, List, Node};
+use super::{ExpressionNode, FindInput, Fold, List};
 
 /// A part of an input.
 enum Part<'a> {
@@ -13,12 +13,12 @@ enum Part<'a> {
         offset: usize,
         value_type: &'a Type,
     },
-    Scalar(Node),
+    Scalar(ExpressionNode),
     List(List),
 }
 
 /// Compiles an expression that was checked; `None` if that is not possible.
-pub(crate) fn compile<'a>(expression: &IdedExpr, input: &'a FindInput<'a>) -> Option<Node> {
+pub(crate) fn compile<'a>(expression: &IdedExpr, input: &'a FindInput<'a>) -> Option<ExpressionNode> {
     Compiler {
         input,
         folds: Vec::new(),
@@ -33,9 +33,9 @@ struct Compiler<'a> {
 }
 
 impl<'a> Compiler<'a> {
-    fn node(&mut self, expression: &IdedExpr) -> Option<Node> {
+    fn node(&mut self, expression: &IdedExpr) -> Option<ExpressionNode> {
         match &expression.expr {
-            Expr::Literal(literal) => Some(Node::Constant(match literal {
+            Expr::Literal(literal) => Some(ExpressionNode::Constant(match literal {
                 LiteralValue::Boolean(value) => Number::Bool(*value.inner()),
                 LiteralValue::Int(value) => Number::Int(*value.inner()),
                 LiteralValue::UInt(value) => Number::UInt(*value.inner()),
@@ -52,11 +52,11 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn boxed(&mut self, expression: &IdedExpr) -> Option<Box<Node>> {
+    fn boxed(&mut self, expression: &IdedExpr) -> Option<Box<ExpressionNode>> {
         self.node(expression).map(Box::new)
     }
 
-    fn call(&mut self, call: &CallExpr) -> Option<Node> {
+    fn call(&mut self, call: &CallExpr) -> Option<ExpressionNode> {
         let (namespace, receiver) = match call.target.as_deref() {
             Some(target) if matches!(&target.expr, Expr::Ident(name) if name == "math") => ("math.", None),
             target => ("", target),
@@ -64,26 +64,26 @@ impl<'a> Compiler<'a> {
         let name = format!("{namespace}{}", call.func_name);
         let arguments: Vec<_> = receiver.into_iter().chain(&call.args).collect();
         match *arguments {
-            [one] if name == operators::NOT_STRICTLY_FALSE => self.boxed(one).map(Node::NotFalse),
-            [one] if name == "size" => self.list(one).map(Node::Size),
+            [one] if name == operators::NOT_STRICTLY_FALSE => self.boxed(one).map(ExpressionNode::NotFalse),
+            [one] if name == "size" => self.list(one).map(ExpressionNode::Size),
             [one] => match (number::unary(&name), number::binary(&name)) {
-                (Some(function), _) => Some(Node::Unary(function, self.boxed(one)?)),
+                (Some(function), _) => Some(ExpressionNode::Unary(function, self.boxed(one)?)),
                 // The greatest or least of a list; of one number, it is that number.
-                (None, Some(function)) => Some(Node::Extreme(self.list(one)?, function)),
+                (None, Some(function)) => Some(ExpressionNode::Extreme(self.list(one)?, function)),
                 (None, None) => None,
             },
             [list, index] if name == operators::INDEX => {
-                Some(Node::Element(self.list(list)?, self.boxed(index)?))
+                Some(ExpressionNode::Element(self.list(list)?, self.boxed(index)?))
             }
             [one, other] => {
                 let both = Box::new([self.node(one)?, self.node(other)?]);
                 match name.as_str() {
-                    operators::LOGICAL_AND => Some(Node::And(both)),
-                    operators::LOGICAL_OR => Some(Node::Or(both)),
-                    name => Some(Node::Binary(number::binary(name)?, both)),
+                    operators::LOGICAL_AND => Some(ExpressionNode::And(both)),
+                    operators::LOGICAL_OR => Some(ExpressionNode::Or(both)),
+                    name => Some(ExpressionNode::Binary(number::binary(name)?, both)),
                 }
             }
-            [condition, yes, no] if name == operators::CONDITIONAL => Some(Node::If(Box::new([
+            [condition, yes, no] if name == operators::CONDITIONAL => Some(ExpressionNode::If(Box::new([
                 self.node(condition)?,
                 self.node(yes)?,
                 self.node(no)?,
@@ -92,7 +92,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn fold(&mut self, comprehension: &ComprehensionExpr) -> Option<Node> {
+    fn fold(&mut self, comprehension: &ComprehensionExpr) -> Option<ExpressionNode> {
         let list = self.list(&comprehension.iter_range)?;
         if comprehension.iter_var2.is_some() {
             return None;
@@ -108,7 +108,7 @@ impl<'a> Compiler<'a> {
         .map(|part| self.node(part));
         self.folds.pop();
         let [goes_on, step, result] = inner;
-        Some(Node::Fold(Box::new(Fold {
+        Some(ExpressionNode::Fold(Box::new(Fold {
             list,
             initial,
             goes_on: goes_on?,
@@ -165,16 +165,16 @@ impl<'a> Compiler<'a> {
     }
 
     /// Returns the element or the result of a fold, by its name.
-    fn bound(&self, name: &str) -> Option<Node> {
+    fn bound(&self, name: &str) -> Option<ExpressionNode> {
         self.folds
             .iter()
             .rev()
             .enumerate()
             .find_map(|(outwards, (element, result))| {
                 if element == name {
-                    Some(Node::FoldElement(outwards))
+                    Some(ExpressionNode::FoldElement(outwards))
                 } else {
-                    (result == name).then_some(Node::FoldResult(outwards))
+                    (result == name).then_some(ExpressionNode::FoldResult(outwards))
                 }
             })
     }
@@ -191,7 +191,7 @@ fn field_part<'a>(input: usize, offset: usize, field: &'a Field) -> Option<Part<
         }),
         (FieldKind::Scalar(scalar), Form::One) => {
             let scalar = *scalar;
-            Some(Part::Scalar(Node::Field {
+            Some(Part::Scalar(ExpressionNode::Field {
                 input,
                 offset,
                 scalar,

@@ -1,6 +1,6 @@
 //! Evaluates compiled expressions. It allocates nothing.
 
-use super::{Fold, List, Node, Number};
+use super::{ExpressionNode, Fold, List, Number};
 use crate::expression::BoundInput;
 
 /// The present element and result of a fold, and those of the folds around it.
@@ -10,7 +10,7 @@ struct FoldState<'a> {
     outer: Option<&'a FoldState<'a>>,
 }
 
-impl Node {
+impl ExpressionNode {
     /// Evaluates it for these values of the inputs. `None` is CEL's error, and an input without a value.
     pub(crate) fn evaluate(&self, inputs: &[BoundInput]) -> Option<Number> {
         self.within(inputs, None)
@@ -66,7 +66,11 @@ impl Node {
 }
 
 /// `&&` or `||`: `deciding` on either side decides, even if the other side has no value.
-fn connect(both: &[Node; 2], deciding: bool, evaluate: impl Fn(&Node) -> Option<Number>) -> Option<Number> {
+fn connect(
+    both: &[ExpressionNode; 2],
+    deciding: bool,
+    evaluate: impl Fn(&ExpressionNode) -> Option<Number>,
+) -> Option<Number> {
     let deciding = Some(Number::Bool(deciding));
     let one = evaluate(&both[0]);
     if one == deciding {

@@ -17,7 +17,7 @@ use number::{Binary, Unary};
 pub(crate) type FindInput<'a> = dyn Fn(&str) -> Option<(usize, &'a Type)> + 'a;
 
 /// A part of an expression.
-pub(crate) enum Node {
+pub(crate) enum ExpressionNode {
     Constant(Number),
     /// A scalar of an input.
     Field {
@@ -25,15 +25,15 @@ pub(crate) enum Node {
         offset: usize,
         scalar: Scalar,
     },
-    Unary(Unary, Box<Node>),
-    Binary(Binary, Box<[Node; 2]>),
-    And(Box<[Node; 2]>),
-    Or(Box<[Node; 2]>),
-    If(Box<[Node; 3]>),
+    Unary(Unary, Box<ExpressionNode>),
+    Binary(Binary, Box<[ExpressionNode; 2]>),
+    And(Box<[ExpressionNode; 2]>),
+    Or(Box<[ExpressionNode; 2]>),
+    If(Box<[ExpressionNode; 3]>),
     /// Whether it is not false; also true if it has no value.
-    NotFalse(Box<Node>),
+    NotFalse(Box<ExpressionNode>),
     Size(List),
-    Element(List, Box<Node>),
+    Element(List, Box<ExpressionNode>),
     /// The greatest or least element.
     Extreme(List, Binary),
     Fold(Box<Fold>),
@@ -55,8 +55,8 @@ pub(crate) struct List {
 /// `exists`, `all` or `exists_one`.
 pub(crate) struct Fold {
     list: List,
-    initial: Node,
-    goes_on: Node,
-    step: Node,
-    result: Node,
+    initial: ExpressionNode,
+    goes_on: ExpressionNode,
+    step: ExpressionNode,
+    result: ExpressionNode,
 }

@@ -9,9 +9,9 @@ use cel::{Context, Env, Program, Value, extensions};
 use jde_abi::describe::Type;
 
 use crate::check::check;
-use crate::compiled::{self, Node, Number};
+use crate::compiled::{self, ExpressionNode, Number};
 use crate::condition::{BadCondition, Mistake, Reason};
-use crate::kind::Kind;
+use crate::kind::ValueKind;
 use crate::words::replace_words;
 use crate::{Names, value_view};
 
@@ -42,7 +42,7 @@ pub struct Expression {
 
 #[derive(Clone)]
 enum Evaluator {
-    Compiled(Arc<Node>),
+    Compiled(Arc<ExpressionNode>),
     /// What cannot be compiled.
     Interpreted(Arc<Program>),
 }
@@ -208,13 +208,13 @@ impl fmt::Debug for Expression {
 }
 
 impl Expected {
-    fn check(self, kind: &Kind) -> Result<(), Mistake> {
+    fn check(self, kind: &ValueKind) -> Result<(), Mistake> {
         let (fits, reason): (_, fn(String) -> Reason) = match self {
-            Self::Bool => (*kind == Kind::Bool, Reason::NotBoolean),
+            Self::Bool => (*kind == ValueKind::Bool, Reason::NotBoolean),
             Self::Number => (kind.is_number(), Reason::NotNumber),
-            Self::BoolOrNumber => (*kind == Kind::Bool || kind.is_number(), Reason::NotNumeric),
+            Self::BoolOrNumber => (*kind == ValueKind::Bool || kind.is_number(), Reason::NotNumeric),
         };
-        if fits || *kind == Kind::Any {
+        if fits || *kind == ValueKind::Any {
             Ok(())
         } else {
             Err((1, reason(kind.to_string())))

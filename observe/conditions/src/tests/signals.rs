@@ -1,6 +1,6 @@
 //! Tests of the signals: their names, their values, and the moments at which conditions on them fire.
 
-use jde_core::{Health, State};
+use jde_core::{GroupId, Health, SchemaId, State};
 use jde_records::event::{Event, StateChange, What};
 use jde_types::Truth;
 
@@ -63,20 +63,22 @@ fn records_and_events_have_the_same_effect_on_signals() {
         event(5.0, "late", "goon"),
         event(5.0, "operator", "goon"),
     ];
+    const GOON: SchemaId = SchemaId(0);
+    const STOP: SchemaId = SchemaId(1);
     let health = |time, schema, health| Event::Other(What::HealthChanged { schema, health }.at(time));
     let changed = |time, to| {
         Event::State(StateChange {
             time,
-            schema: 0,
+            schema: GOON,
             from: State::Checking,
             to,
         })
     };
     let late = Event::Other(
         What::TookOver {
-            group: 0,
+            group: GroupId(0),
             record: 1,
-            schema: 0,
+            schema: GOON,
             latency: 2,
             allowed: 1,
             machine: 0,
@@ -86,21 +88,21 @@ fn records_and_events_have_the_same_effect_on_signals() {
     let events = [
         changed(1, State::Ready),
         changed(1, State::Winner),
-        health(2, 0, Health::Overrun),
+        health(2, GOON, Health::Overrun),
         Event::Other(
             What::Overrun {
-                schema: 0,
+                schema: GOON,
                 took: 2,
                 budget: 1,
             }
             .at(2),
         ),
-        health(3, 0, Health::Ok),
-        health(4, 0, Health::Overrun),
-        health(5, 1, Health::Faulted("it panicked".to_owned())),
+        health(3, GOON, Health::Ok),
+        health(4, GOON, Health::Overrun),
+        health(5, STOP, Health::Faulted("it panicked".to_owned())),
         Event::Other(
             What::Refused {
-                schema: 0,
+                schema: GOON,
                 description: String::new(),
             }
             .at(5),

@@ -3,7 +3,7 @@
 
 use jde_core::Nanos;
 
-use super::motion::{Motion, MotionMeasure};
+use super::motion::{MotionMeasure, RobotMotion};
 
 /// A measure.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +102,7 @@ impl Meter {
 
     /// Ends the drive, and returns the measure; `None` if there was no value.
     #[must_use]
-    pub fn finish(mut self, now: Nanos, is_success: bool, motions: &[Motion]) -> Option<f64> {
+    pub fn finish(mut self, now: Nanos, is_success: bool, motions: &[RobotMotion]) -> Option<f64> {
         let value = match self.measure {
             Measure::Time => Some(now as f64 / 1e9),
             Measure::Motion(measure, robot) => motions[robot].measure(measure, now, is_success),

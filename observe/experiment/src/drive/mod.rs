@@ -1,6 +1,7 @@
 //! One drive: the application in lockstep, from instant to instant; at each one the properties, measures and
 //! steps see the values. It writes no file.
 
+mod event_queue;
 pub mod measure;
 pub mod motion;
 pub mod property;
@@ -8,18 +9,19 @@ mod situation;
 pub mod step;
 pub mod values;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use jde_app::{Application, Faults};
 use jde_core::Nanos;
 use jde_host::{Lockstep, Options, StartError};
 use jde_loader::Plugins;
-use jde_records::event::{Event, Observer, Outcome as RunOutcome, What};
+use jde_records::event::{Event, Outcome as RunOutcome, What};
 use jde_sim::World;
 
 use crate::applications::Applications;
 use crate::experiment::{DriveSettings, Experiment, Mission};
 use crate::result::{DriveResult, Outcome};
+pub use event_queue::EventQueue;
 use measure::{Measure, Meter};
 use property::Monitor;
 use situation::Situation;
@@ -77,7 +79,10 @@ impl PreparedDrive {
         options.mocks = experiment.mocks.clone();
         options.observers.push(Box::new(events.clone()));
         let lockstep = Lockstep::start(self.application, &self.plugins, options)?;
-        Ok(Drive::new(experiment, &self.settings, lockstep, events).finish(self.drive, self.settings))
+        Ok(
+            DriveUnderWay::new(experiment, &self.settings, lockstep, events)
+                .finish(self.drive, self.settings),
+        )
     }
 }
 
@@ -97,30 +102,8 @@ pub fn unjudged(experiment: &Experiment, drive: usize, outcome: Outcome, why: St
     }
 }
 
-/// The events since the last instant. The observer is called under the application's lock, so it only
-/// appends.
-#[derive(Clone, Default)]
-pub struct EventQueue(Arc<Mutex<Vec<Event>>>);
-
-impl Observer for EventQueue {
-    fn on_event(&mut self, event: &Event) {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(event.clone());
-    }
-}
-
-impl EventQueue {
-    /// Returns the events since the last call, in their order.
-    #[must_use]
-    pub fn take(&self) -> Vec<Event> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
 /// A drive under way.
-struct Drive<'e> {
+struct DriveUnderWay<'e> {
     experiment: &'e Experiment,
     lockstep: Lockstep,
     events: EventQueue,
@@ -137,7 +120,7 @@ struct Drive<'e> {
     late: Option<String>,
 }
 
-impl<'e> Drive<'e> {
+impl<'e> DriveUnderWay<'e> {
     fn new(
         experiment: &'e Experiment,
         settings: &DriveSettings,
@@ -281,12 +264,17 @@ impl<'e> Drive<'e> {
 
     /// Judges and measures an instant, and takes the steps that are due. Returns whether `end` is true.
     fn look(&mut self, now: Nanos) -> bool {
-        for event in self.events.take() {
+        let (events, dropped) = self.events.take();
+        if dropped > 0 {
+            let lost = || format!("{dropped} events came too fast to be judged");
+            self.refused.get_or_insert_with(lost);
+        }
+        for event in events {
             self.values.add_event(&event);
             if self.late.is_none() {
                 self.late = late(self.lockstep.handle().application(), &event);
             }
-            self.situation.add_event(event);
+            self.situation.add_event(&event);
         }
         let values = self.values.update(now);
         for monitor in &mut self.monitors {

@@ -33,9 +33,9 @@ pub const START_DISTANCE: f64 = 0.1;
 
 /// The motion of one robot.
 #[derive(Clone, Debug, Default)]
-pub struct Motion {
-    first: Option<Sample>,
-    last: Option<Sample>,
+pub struct RobotMotion {
+    first: Option<MotionSample>,
+    last: Option<MotionSample>,
     /// When the robot was [`START_DISTANCE`] away from its start first.
     left_start: Option<Nanos>,
     /// The length of the reference path of its world, m.
@@ -54,20 +54,20 @@ pub struct Motion {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct MotionSample {
     time: Nanos,
     position: [f64; 2],
     speed: f64,
 }
 
-impl Sample {
+impl MotionSample {
     fn distance_to(&self, other: &Self) -> f64 {
         let [x, y] = [0, 1].map(|axis| self.position[axis] - other.position[axis]);
         x.hypot(y)
     }
 }
 
-impl Motion {
+impl RobotMotion {
     /// The ready-made measures that need no number of their own, by their names.
     pub const READY: [(&'static str, MotionMeasure); 5] = [
         ("distance", MotionMeasure::Distance),
@@ -79,7 +79,7 @@ impl Motion {
 
     /// Takes a new true state.
     pub fn observe(&mut self, now: Nanos, truth: &Truth) {
-        let sample = Sample {
+        let sample = MotionSample {
             time: now,
             position: [truth.pose.x, truth.pose.y],
             speed: truth.twist.linear.x,
@@ -166,8 +166,8 @@ mod tests {
     const SECOND: Nanos = 1_000_000_000;
 
     /// A robot that drives 1 m/s for four seconds towards a target 4 m ahead.
-    fn straight() -> Motion {
-        let mut motion = Motion::default();
+    fn straight() -> RobotMotion {
+        let mut motion = RobotMotion::default();
         motion.observe_mission(&Mission {
             target: Pose2D::new(4.0, 0.0, 0.0),
             distance: 4.0,
@@ -236,13 +236,13 @@ mod tests {
         };
         for measure in [MotionMeasure::Spl, barn] {
             assert_eq!(straight().measure(measure, SECOND, false), Some(0.0));
-            assert_eq!(Motion::default().measure(measure, SECOND, false), None);
+            assert_eq!(RobotMotion::default().measure(measure, SECOND, false), None);
         }
     }
 
     #[test]
     fn jerk_is_the_change_of_acceleration() {
-        let mut motion = Motion::default();
+        let mut motion = RobotMotion::default();
         for (second, speed) in [0.0, 1.0, 1.0, 1.0].into_iter().enumerate() {
             let twist = Twist::planar(speed, 0.0);
             motion.observe(

@@ -1,13 +1,12 @@
 //! What led to a failure: the robot's path and the last selections, kept as they are when the first property
 //! fails.
 
-use std::collections::VecDeque;
-
 use jde_app::Application;
-use jde_core::{Nanos, Record, SchemaId, State};
-use jde_records::event::{Event, StateChange};
+use jde_core::Nanos;
+use jde_records::event::Event;
+use jde_timeline::{Hierarchy, Keep, Switch, Timeline};
 
-use crate::result::Failure;
+use crate::result::DriveFailure;
 
 /// The most selections that are kept: enough to see two handovers in each of two groups, and their causes.
 const MAX_SELECTIONS: usize = 12;
@@ -18,35 +17,23 @@ const MAX_POSITIONS: usize = 200;
 
 /// The situation of a drive.
 pub(super) struct Situation {
-    schemas: Vec<String>,
-    groups: Vec<String>,
-    selections: VecDeque<Record>,
-    /// Whether each schema is a motor schema without motor children.
-    can_act: Vec<bool>,
-    /// The schema that acts.
-    acting: Option<usize>,
+    timeline: Timeline,
     /// Positions, and who acted.
     path: Vec<([f64; 2], Option<usize>)>,
     next_position: Nanos,
     pose: Option<[f64; 3]>,
     /// The situation when the first property failed.
-    kept: Option<Failure>,
+    kept: Option<DriveFailure>,
 }
 
 impl Situation {
     pub(super) fn new(application: &Application) -> Self {
-        let instances = application.instances.iter();
-        let groups = application.groups.iter();
+        let keep = Keep {
+            switches: MAX_SELECTIONS,
+            ..Keep::PRESENT
+        };
         Self {
-            schemas: instances.map(|instance| instance.name.clone()).collect(),
-            groups: groups.map(|group| group.name.clone()).collect(),
-            selections: VecDeque::with_capacity(MAX_SELECTIONS),
-            can_act: application
-                .instances
-                .iter()
-                .map(|instance| instance.group.is_some() && instance.child_groups.iter().all(Option::is_none))
-                .collect(),
-            acting: None,
+            timeline: Timeline::new(Hierarchy::of_application(application), keep),
             path: Vec::new(),
             next_position: 0,
             pose: None,
@@ -54,24 +41,9 @@ impl Situation {
         }
     }
 
-    /// Keeps a selection that changed the winner, and who acts.
-    pub(super) fn add_event(&mut self, event: Event) {
-        match event {
-            Event::Decision(record) if record.changed && self.kept.is_none() => {
-                if self.selections.len() == MAX_SELECTIONS {
-                    self.selections.pop_front();
-                }
-                self.selections.push_back(record);
-            }
-            Event::State(StateChange { schema, to, .. }) if self.can_act[schema] => {
-                if to == State::Winner {
-                    self.acting = Some(schema);
-                } else if self.acting == Some(schema) {
-                    self.acting = None;
-                }
-            }
-            Event::Decision(_) | Event::State(_) | Event::Other(_) => {}
-        }
+    /// Keeps an event.
+    pub(super) fn add_event(&mut self, event: &Event) {
+        self.timeline.add_event(event);
     }
 
     /// Keeps the robot's pose at an instant.
@@ -81,7 +53,7 @@ impl Situation {
             && now >= self.next_position
         {
             self.next_position = now + INTERVAL;
-            self.path.push(([x, y], self.acting));
+            self.path.push(([x, y], self.timeline.acting().first().copied()));
         }
     }
 
@@ -93,12 +65,12 @@ impl Situation {
     }
 
     /// Returns the situation that was kept, or else the present one.
-    pub(super) fn into_failure(mut self, now: Nanos) -> Failure {
+    pub(super) fn into_failure(mut self, now: Nanos) -> DriveFailure {
         self.keep(now);
         self.kept.unwrap_or_default()
     }
 
-    fn failure(&self, at: Nanos) -> Failure {
+    fn failure(&self, at: Nanos) -> DriveFailure {
         let step = self.path.len().div_ceil(MAX_POSITIONS).max(1);
         // Counted from the end, so that the place of the failure is among them.
         let mut path: Vec<_> = self.path.iter().rev().step_by(step).collect();
@@ -108,28 +80,33 @@ impl Situation {
         for (place, (_, acting)) in path.iter().enumerate() {
             if before != Some(*acting) {
                 before = Some(*acting);
-                winners.push((place, acting.map(|schema| self.schemas[schema].clone())));
+                let name = |schema| self.timeline.hierarchy().name(Some(schema)).to_owned();
+                winners.push((place, acting.map(name)));
             }
         }
-        Failure {
+        let selections = self.timeline.newest_switches(MAX_SELECTIONS).into_iter();
+        DriveFailure {
             at: at as f64 / 1e9,
             pose: self.pose.map(|pose| pose.map(round)),
             path: path.into_iter().map(|(at, _)| at.map(round)).collect(),
             winners,
-            selections: self.selections.iter().map(|record| self.line(record)).collect(),
+            selections: selections
+                .rev()
+                .map(|(group, switch)| self.line(group, switch))
+                .collect(),
         }
     }
 
-    fn line(&self, record: &Record) -> String {
-        let name = |schema: Option<SchemaId>| schema.map_or("nobody", |schema| &self.schemas[schema.index()]);
+    fn line(&self, group: usize, switch: &Switch) -> String {
+        let hierarchy = self.timeline.hierarchy();
         format!(
             "{:.3} s  {}: {} -> {}  {} ({})",
-            record.time as f64 / 1e9,
-            self.groups[record.group.index()],
-            name(record.before),
-            name(record.choice),
-            record.reason,
-            record.decider.name(),
+            switch.time as f64 / 1e9,
+            hierarchy.groups()[group].name,
+            hierarchy.name(switch.from),
+            hierarchy.name(switch.to),
+            switch.reason,
+            switch.decider,
         )
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use jde_board::value::{Value, get_path};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_host::{Handle, OperatorHandle, SensorFault};
 use jde_sim::{EditQueue, Edits};
 
@@ -33,26 +33,26 @@ pub enum StepTime {
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepAction {
     /// Wakes a schema.
-    Play(usize),
+    Play(SchemaId),
     /// Puts a schema to sleep.
-    Stop(usize),
+    Stop(SchemaId),
     /// Makes a schema the winner of its group.
-    Force(usize),
+    Force(SchemaId),
     /// Undoes all actions on a schema.
-    Release(usize),
+    Release(SchemaId),
     /// Writes modulations and periods.
     Write(Vec<StepWrite>),
     /// Changes the world of a simulated robot.
     Edit {
         /// The robot's driver.
-        driver: usize,
+        driver: SchemaId,
         /// The changes, in the form of [`Edits`].
         text: String,
     },
     /// Lets an export fail.
     Fail {
         /// The schema.
-        schema: usize,
+        schema: SchemaId,
         /// The export.
         export: String,
         /// How it fails.
@@ -66,9 +66,9 @@ pub enum StepAction {
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepWrite {
     /// A modulation: schema, name, value.
-    Value(usize, String, Value),
+    Value(SchemaId, String, Value),
     /// The period of a schema, ns.
-    Period(usize, Nanos),
+    Period(SchemaId, Nanos),
 }
 
 /// The name of the operator in recordings.
@@ -78,9 +78,9 @@ const OPERATOR: &str = "experiment";
 pub struct Operator {
     handle: OperatorHandle,
     /// The changes of each world so far, by the driver that makes them.
-    edits: BTreeMap<usize, EditQueue>,
+    edits: BTreeMap<SchemaId, EditQueue>,
     /// Exports that fail until a time: schema and export.
-    failing: Vec<(Nanos, usize, String)>,
+    failing: Vec<(Nanos, SchemaId, String)>,
 }
 
 /// The modulation of a simulated robot that changes its world, and the export that counts the changes.
@@ -137,12 +137,6 @@ impl Operator {
         }
     }
 
-    /// Returns when the next export works again, ns.
-    #[must_use]
-    pub fn next_repair(&self) -> Option<Nanos> {
-        self.failing.iter().map(|(until, ..)| *until).min()
-    }
-
     /// Repairs the exports whose time is over.
     ///
     /// # Errors
@@ -152,7 +146,7 @@ impl Operator {
             .into_iter()
             .partition(|(until, ..)| *until <= now);
         self.failing = failing;
-        let mut due: Vec<(Nanos, usize, String)> = due;
+        let mut due: Vec<(Nanos, SchemaId, String)> = due;
         due.drain(..)
             .try_for_each(|(_, schema, export)| self.handle.repair_export(schema, &export))
     }

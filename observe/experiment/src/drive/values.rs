@@ -4,16 +4,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use jde_abi::describe::Role;
 use jde_app::Application;
 use jde_board::{Reader, Variable};
 use jde_conditions::{Expression, Names, Signals};
 use jde_core::Nanos;
 use jde_host::Handle;
 use jde_records::event::Event;
+use jde_timeline::Export;
 use jde_types::{BatteryState, Mission, Truth, Value};
 
-use super::motion::Motion;
+use super::motion::RobotMotion;
 
 /// The values of a drive.
 pub struct DriveValues {
@@ -25,8 +25,8 @@ pub struct DriveValues {
     signals: Signals,
     /// The users of each signal, by its number.
     signal_users: BTreeMap<usize, Vec<Use>>,
-    robots: Vec<Robot>,
-    mission: Option<Source>,
+    robots: Vec<RobotValues>,
+    mission: Option<VariableSource>,
 }
 
 /// An expression, and the place of a variable or a signal in it.
@@ -34,12 +34,12 @@ type Use = (usize, usize);
 
 /// A variable that expressions read.
 struct WatchedVariable {
-    source: Source,
+    source: VariableSource,
     users: Vec<Use>,
 }
 
 /// A variable, and what was read last.
-struct Source {
+struct VariableSource {
     variable: Arc<Variable>,
     reader: Reader,
     /// The number of that value, and whether there was one.
@@ -47,32 +47,20 @@ struct Source {
 }
 
 /// A robot whose true state is exported.
-struct Robot {
-    truth: Source,
+struct RobotValues {
+    truth: VariableSource,
     truth_name: String,
-    battery: Option<Source>,
-    motion: Motion,
+    battery: Option<VariableSource>,
+    motion: RobotMotion,
     pose: Option<[f64; 3]>,
 }
 
-/// Returns the robots of an application whose true state is exported: the schema's name and the full name of
-/// the variable.
-pub(crate) fn robots(application: &Application) -> impl Iterator<Item = (&str, String)> {
-    exports::<Truth>(application)
+/// Returns the robots of an application whose true state is exported.
+pub(crate) fn robots(application: &Application) -> Vec<Export> {
+    Export::of_application(application, &Truth::describe())
 }
 
-/// Returns the exports of a type: schema and full name.
-fn exports<T: Value>(application: &Application) -> impl Iterator<Item = (&str, String)> {
-    let type_name = T::describe().name;
-    application.instances.iter().filter_map(move |instance| {
-        let mut ports = instance.schema.ports.iter();
-        let port = ports
-            .find(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == type_name)?;
-        Some((instance.name.as_str(), format!("{}.{}", instance.name, port.name)))
-    })
-}
-
-impl Source {
+impl VariableSource {
     fn open(handle: &Handle, name: &str) -> Option<Self> {
         let variable = handle.board().find(name)?;
         Some(Self {
@@ -103,23 +91,19 @@ impl DriveValues {
     #[must_use]
     pub fn new(expressions: &[Expression], handle: &Handle) -> Self {
         let application = handle.application();
-        let batteries: BTreeMap<_, _> = exports::<BatteryState>(application).collect();
-        let robots = robots(application).filter_map(|(schema, truth_name)| {
-            Some(Robot {
-                truth: Source::open(handle, &truth_name)?,
-                truth_name,
-                battery: batteries.get(schema).and_then(|name| Source::open(handle, name)),
-                motion: Motion::default(),
+        let batteries = Export::of_application(application, &BatteryState::describe());
+        let robots = robots(application).into_iter().filter_map(|robot| {
+            let battery = batteries.iter().find(|battery| battery.owner == robot.owner);
+            Some(RobotValues {
+                truth: VariableSource::open(handle, &robot.key)?,
+                truth_name: robot.key,
+                battery: battery.and_then(|battery| VariableSource::open(handle, &battery.key)),
+                motion: RobotMotion::default(),
                 pose: None,
             })
         });
-        let mission = application.mission.and_then(|(instance, port)| {
-            let instance = &application.instances[instance];
-            Source::open(
-                handle,
-                &format!("{}.{}", instance.name, instance.schema.ports[port].name),
-            )
-        });
+        let mission = application.mission;
+        let mission = mission.and_then(|port| VariableSource::open(handle, &application.variable_name(port)));
         let mut values = Self {
             is_stale: Vec::new(),
             results: Vec::new(),
@@ -153,7 +137,7 @@ impl DriveValues {
             }
         }
         let variables = variables.into_iter().filter_map(|(name, users)| {
-            let source = Source::open(handle, &name)?;
+            let source = VariableSource::open(handle, &name)?;
             Some(WatchedVariable { source, users })
         });
         self.variables = variables.collect();
@@ -199,7 +183,7 @@ impl DriveValues {
     }
 
     /// Returns the motions of all robots.
-    pub(super) fn motions(&self) -> Vec<Motion> {
+    pub(super) fn motions(&self) -> Vec<RobotMotion> {
         self.robots.iter().map(|robot| robot.motion.clone()).collect()
     }
 

@@ -13,7 +13,7 @@ use super::values::{label, source};
 use super::worlds::{world, worlds};
 use super::{SetValue, Subject, load};
 use crate::applications::Applications;
-use crate::experiment::{Axis, AxisValues, CASE, Choice, Experiment, Variant};
+use crate::experiment::{Axis, AxisChoice, AxisValues, CASE, Experiment, Variant};
 
 /// An axis, and the position of each of its values.
 pub(super) struct DraftAxis {
@@ -148,7 +148,7 @@ pub(super) fn read(
                     axes.push(choices(name.text, values, |value| {
                         let set =
                             set_value(report, &name, source(subject.text, value), value.span(), folder)?;
-                        Some(Choice {
+                        Some(AxisChoice {
                             label: label(subject.text, value),
                             seed: None,
                             overrides: vec![set.value],
@@ -287,7 +287,7 @@ fn list<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Vec<&'a
     }
 }
 
-fn choices<'a, Choices: IntoIterator<Item = Choice>>(
+fn choices<'a, Choices: IntoIterator<Item = AxisChoice>>(
     name: &str,
     values: Vec<&'a Node<'a>>,
     mut read: impl FnMut(&'a Node<'a>) -> Choices,
@@ -306,7 +306,7 @@ fn choices<'a, Choices: IntoIterator<Item = Choice>>(
 }
 
 /// A start for each of the robots that it names: `{ pioneer = [1, 2, "90 deg"] }`.
-fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
+fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<AxisChoice> {
     let starts = expect(
         report,
         "each of `starts`",
@@ -323,7 +323,7 @@ fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
         folder: folder(subject.file).to_owned(),
         place: None,
     });
-    Some(Choice {
+    Some(AxisChoice {
         label: label(subject.text, node),
         seed: None,
         overrides: overrides.collect(),
@@ -332,7 +332,7 @@ fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
 }
 
 fn variant_axis(section: &Section, variants: &[Variant]) -> DraftAxis {
-    let choices = variants.iter().enumerate().map(|(place, variant)| Choice {
+    let choices = variants.iter().enumerate().map(|(place, variant)| AxisChoice {
         label: variant.name.as_str().into(),
         seed: None,
         overrides: Vec::new(),
@@ -355,33 +355,17 @@ fn cases(
     variants: &[Variant],
 ) -> Option<DraftAxis> {
     let node = root.get("cases")?;
-    let list = expect(
-        report,
-        "`cases`",
-        "a list of tables",
-        node,
-        node.get_ref().as_array(),
-    )?;
+    let tables = root.tables(report, "cases", "case")?;
     let mut names = BTreeSet::new();
     let mut choices = Vec::new();
     let mut spans = Vec::new();
-    for node in list.iter() {
-        let Some(entries) = expect(
-            report,
-            "each of `cases`",
-            "a table",
-            node,
-            node.get_ref().as_table(),
-        ) else {
-            continue;
-        };
-        let section = Section::new("this case", node.span(), entries);
-        if let Some(choice) = case(report, &section, subject, variants, &mut names) {
+    for section in tables.iter().flatten() {
+        if let Some(choice) = case(report, section, subject, variants, &mut names) {
             choices.push(choice);
-            spans.push(node.span());
+            spans.push(section.span.clone());
         }
     }
-    if list.is_empty() {
+    if tables.is_empty() {
         report.fault(&node.span(), "`cases` is empty");
     }
     Some(DraftAxis {
@@ -399,11 +383,11 @@ fn case(
     subject: &Subject<'_>,
     variants: &[Variant],
     names: &mut BTreeSet<String>,
-) -> Option<Choice> {
+) -> Option<AxisChoice> {
     section.refuse_unknown(report, &["name", "seed", "world", "start", "set", "variant"]);
     let Some(name) = section.text(report, "name") else {
         if section.get("name").is_none() {
-            report.fault(&section.span, "this case has no `name`");
+            section.fault(report, &section.span, "has no `name`");
         }
         return None;
     };
@@ -413,7 +397,7 @@ fn case(
             format!("there is a case {} already", quote(name.text)),
         );
     }
-    let mut choice = Choice {
+    let mut choice = AxisChoice {
         label: name.text.into(),
         seed: section.get("seed").and_then(|node| seed(report, node)),
         overrides: Vec::new(),
@@ -425,7 +409,7 @@ fn case(
     if let Some(node) = section.get("start") {
         choice.overrides.extend(start(report, subject, node)?.overrides);
     }
-    if let Some(set) = section.section(report, "set", "`set` of this case") {
+    if let Some(set) = section.section(report, "set", section.key("set")) {
         let values = set_values(report, &set, subject.text, folder(subject.file));
         choice.overrides.extend(values.into_iter().map(|set| set.value));
     }
@@ -467,7 +451,7 @@ mod tests {
 
     #[test]
     fn too_many_values_are_refused_before_the_first_is_checked() {
-        let choice = |number: usize| Choice {
+        let choice = |number: usize| AxisChoice {
             label: number.into(),
             seed: None,
             overrides: Vec::new(),

@@ -9,7 +9,7 @@ use super::Subject;
 use super::expressions::Expressions;
 use super::values::moment;
 use crate::drive::measure::{Measure, Reduction};
-use crate::drive::motion::{Motion, MotionMeasure};
+use crate::drive::motion::{MotionMeasure, RobotMotion};
 use crate::drive::property::{Property, PropertyKind};
 use crate::drive::values::robots;
 use crate::result::{Columns, FIXED, MeasureColumn};
@@ -226,12 +226,16 @@ fn robot(report: &mut FaultReport, table: &Section, subject: &Subject<'_>) -> Op
     let Some(name) = table.text(report, "robot") else {
         return table.get("robot").is_none().then_some(0);
     };
-    let known: Vec<_> = robots(subject.application).collect();
-    let place = known.iter().position(|(robot, _)| *robot == name.text);
+    let known = robots(subject.application);
+    let place = known.iter().position(|robot| robot.owner == name.text);
     if place.is_none() {
         report
             .fault(&name.span, format!("no robot is called {}", quote(name.text)))
-            .suggest(name.text, "robots", known.iter().map(|(robot, _)| *robot));
+            .suggest(
+                name.text,
+                "robots",
+                known.iter().map(|robot| robot.owner.as_str()),
+            );
     }
     place
 }
@@ -246,7 +250,9 @@ fn ready(
     if word.text == "time" {
         return Some((Measure::Time, "s"));
     }
-    let plain = Motion::READY.into_iter().find(|(name, _)| *name == word.text);
+    let plain = RobotMotion::READY
+        .into_iter()
+        .find(|(name, _)| *name == word.text);
     let motion = match plain {
         Some((_, motion)) => motion,
         None if word.text == "barn" => {
@@ -261,7 +267,7 @@ fn ready(
             }
         }
         None => {
-            let known = Motion::READY
+            let known = RobotMotion::READY
                 .into_iter()
                 .map(|(name, _)| name)
                 .chain(["time", "barn"]);
@@ -274,7 +280,7 @@ fn ready(
             return None;
         }
     };
-    if robots(subject.application).next().is_none() {
+    if robots(subject.application).is_empty() {
         report
             .fault(
                 &word.span,

@@ -6,10 +6,10 @@ use jde_abi::describe::{Port, Role};
 use jde_app::InstanceConfig;
 use jde_app::literal::parse_value;
 use jde_core::Nanos;
+use jde_decide::ReplayedDrive;
 use jde_document::section::{Node, expect, number};
 use jde_document::{FaultReport, Section, quote};
 use jde_host::Mock;
-use jde_log::replay::Drive;
 
 use super::Subject;
 use super::values::{moment, source};
@@ -73,9 +73,9 @@ fn mock(
             let path = subject.file.parent()?.join(file.text);
             let name = table.text(report, "schema");
             let name = name.map_or(instance.name.as_str(), |name| name.text);
-            let read = Drive::open(&path).map_err(|error| error.to_string());
+            let read = ReplayedDrive::open(&path).map_err(|error| error.to_string());
             match read
-                .and_then(|drive| jde_log::mock(&drive, name, instance).map_err(|error| error.to_string()))
+                .and_then(|drive| jde_decide::mock(&drive, name, instance).map_err(|error| error.to_string()))
             {
                 Ok(mock) => {
                     recordings.push(path);
@@ -92,33 +92,17 @@ fn mock(
         set_ports(report, &constants, subject, instance, (0, &[]), &mut mock);
     }
     set_readiness(report, table, 0, &mut mock);
-    if let Some(node) = table.get("script") {
-        let steps = expect(
-            report,
-            &table.key("script"),
-            "a list of tables",
-            node,
-            node.get_ref().as_array(),
-        )?;
-        for node in steps.iter() {
-            let entries = expect(
-                report,
-                "each of `script`",
-                "a table",
-                node,
-                node.get_ref().as_table(),
-            )?;
-            let step = Section::new("this step of the script", node.span(), entries);
-            let at = match step.get("at") {
-                Some(node) => moment(report, &step.key("at"), node)?,
-                None => {
-                    report.fault(&step.span, format!("{} has no `at`", step.label));
-                    continue;
-                }
-            };
-            set_ports(report, &step, subject, instance, (at, &SCRIPT_KEYS), &mut mock);
-            set_readiness(report, &step, at, &mut mock);
-        }
+    let script = table.tables(report, "script", "step")?;
+    for step in script.iter().flatten() {
+        let at = match step.get("at") {
+            Some(node) => moment(report, &step.key("at"), node)?,
+            None => {
+                report.fault(&step.span, format!("{} of the script has no `at`", step.label));
+                continue;
+            }
+        };
+        set_ports(report, step, subject, instance, (at, &SCRIPT_KEYS), &mut mock);
+        set_readiness(report, step, at, &mut mock);
     }
     Some(mock)
 }

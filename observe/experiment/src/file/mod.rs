@@ -9,10 +9,11 @@ mod steps;
 mod values;
 mod worlds;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use jde_abi::describe::{Port, Role};
-use jde_app::{Application, Binding, Faults, Override};
+use jde_app::{Application, Binding, FaultLocation, Faults, Override, time};
 use jde_board::value::{Value, decode};
 use jde_document::{FaultReport, Section, quote};
 use jde_sim::{Footprint, RobotModel};
@@ -65,7 +66,7 @@ pub fn read(
     path: &Path,
     applications: impl FnOnce(PathBuf) -> Applications,
 ) -> Result<(Experiment, Applications), Faults> {
-    let text = jde_document::read(path, "experiment")?;
+    let text = jde_document::read(path, "an experiment file")?;
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut report = FaultReport::new(path, &text);
     let Some(document) = jde_document::parse(&mut report, &text) else {
@@ -104,7 +105,7 @@ pub fn read(
         measures: judged.measures.columns,
     };
     judge::refuse_equal_columns(&mut report, &root, &columns);
-    let limit = root.time(&mut report, "for");
+    let limit = time::of(&mut report, &root, "for");
     if root.get("for").is_none() {
         report
             .file_fault("it has no `for`, the longest time of a drive")
@@ -117,7 +118,7 @@ pub fn read(
     let mocks = mocks::read(&mut report, &root, &subject);
     let name = root.text(&mut report, "name").map(|name| name.text.to_owned());
     let doc = root.text(&mut report, "doc").map(|doc| doc.text.to_owned());
-    let experiment = Experiment {
+    let mut experiment = Experiment {
         name: name.unwrap_or_else(|| stem(&file)),
         doc: doc.unwrap_or_default(),
         file: file.clone(),
@@ -140,6 +141,7 @@ pub fn read(
         }),
         robot: robot(&application),
         columns,
+        concerns: None,
     };
     if experiment.drives() > Experiment::MAX_DRIVES {
         report
@@ -149,7 +151,7 @@ pub fn read(
             )
             .advise(format!("at most {} are possible", Experiment::MAX_DRIVES));
     }
-    report.finish()?;
+    experiment.concerns = report.finish()?;
     Ok((experiment, applications))
 }
 
@@ -189,17 +191,23 @@ fn load(
 ) -> Result<Option<Application>, Faults> {
     let overrides: Vec<_> = set.iter().map(|set| set.value.clone()).collect();
     let faults = match applications.load(&overrides, variant) {
-        Ok(application) => return Ok(Some(application)),
+        Ok(application) => {
+            for concern in application.concerns.iter().flat_map(Faults::list) {
+                if let FaultLocation::Option(option) = &concern.location {
+                    report.concern(&span(set, option), concern.message.clone());
+                }
+            }
+            return Ok(Some(application));
+        }
         Err(faults) => faults,
     };
     let mut foreign = false;
     for fault in faults.list() {
-        let jde_app::FaultLocation::Option(option) = &fault.location else {
+        let FaultLocation::Option(option) = &fault.location else {
             foreign = true;
             continue;
         };
-        let at = set.iter().find(|set| set.value.to_string() == *option);
-        let mine = report.fault(&at.map_or(0..0, |set| set.span.clone()), fault.message.clone());
+        let mine = report.fault(&span(set, option), fault.message.clone());
         if let Some(help) = &fault.help {
             mine.advise(help.clone());
         }
@@ -209,6 +217,13 @@ fn load(
     } else {
         Ok(None)
     }
+}
+
+/// Returns the place of a value of the experiment, which the application knows as an option.
+fn span(set: &[SetValue], option: &str) -> Range<usize> {
+    let mut set = set.iter();
+    let at = set.find(|set| set.value.to_string() == option);
+    at.map_or(0..0, |set| set.span.clone())
 }
 
 /// Returns the initial value of a modulation of the first simulated robot.

@@ -2,12 +2,12 @@
 
 use jde_abi::describe::{Port, Role, Schema};
 use jde_app::literal::parse_value;
+use jde_app::{time, warn_of_former_name};
+use jde_core::SchemaId;
 use jde_document::section::{expect, number};
-use jde_document::time;
 use jde_document::{FaultReport, Section, Text, quote};
 use jde_host::SensorFault;
 use jde_sim::Edits;
-use toml::de::DeTable;
 
 use super::Subject;
 use super::expressions::Expressions;
@@ -32,29 +32,9 @@ pub(super) fn read(
     axes: &[Axis],
     expressions: &mut Expressions,
 ) -> Vec<Step> {
-    let Some(node) = root.get("steps") else {
-        return Vec::new();
-    };
-    let Some(list) = expect(
-        report,
-        "`steps`",
-        "a list of tables",
-        node,
-        node.get_ref().as_array(),
-    ) else {
-        return Vec::new();
-    };
-    let steps = list.iter().filter_map(|node| {
-        let entries: &DeTable = expect(
-            report,
-            "each of `steps`",
-            "a table",
-            node,
-            node.get_ref().as_table(),
-        )?;
-        let section = Section::new("this step", node.span(), entries);
-        step(report, &section, subject, axes, expressions)
-    });
+    let tables = root.tables(report, "steps", "step").unwrap_or_default();
+    let steps = tables.iter().flatten();
+    let steps = steps.filter_map(|section| step(report, section, subject, axes, expressions));
     steps.collect()
 }
 
@@ -79,7 +59,10 @@ fn step(
         (None, Some(text)) => expressions.condition(report, subject, &text).map(StepTime::When),
         (Some(_), Some(_)) | (None, None) => {
             report
-                .fault(&section.span, "this step needs one of `at` and `when`")
+                .fault(
+                    &section.span,
+                    format!("{} needs one of `at` and `when`", section.label),
+                )
                 .advise("write `at = \"20s\"`, or `when = \"EXPRESSION\"`");
             None
         }
@@ -90,7 +73,7 @@ fn step(
         .collect();
     let [key] = given.as_slice() else {
         report
-            .fault(&section.span, "this step must do one thing")
+            .fault(&section.span, format!("{} must do one thing", section.label))
             .advise(format!("write one of {}", ACTIONS.join(", ")));
         return None;
     };
@@ -117,7 +100,7 @@ fn step(
     })
 }
 
-fn schema(report: &mut FaultReport, subject: &Subject<'_>, name: &Text) -> Option<usize> {
+fn schema(report: &mut FaultReport, subject: &Subject<'_>, name: &Text) -> Option<SchemaId> {
     let place = subject.application.instance(name.text);
     if place.is_none() {
         let known = subject
@@ -141,10 +124,8 @@ fn edit(
 ) -> Option<StepAction> {
     let node = section.get(word)?;
     let instances = &subject.application.instances;
-    let mut drivers = instances
-        .iter()
-        .map(|instance| modulations(&instance.schema).any(|port| port.name == EDIT));
-    let Some(driver) = drivers.position(|edits| edits) else {
+    let driver = instances.find(|instance| modulations(&instance.schema).any(|port| port.name == EDIT));
+    let Some(driver) = driver else {
         report
             .fault(
                 &section.key_span(word),
@@ -165,7 +146,7 @@ fn edit(
 
 /// Reads how an export fails.
 fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Option<StepAction> {
-    let table = section.section(report, "fail", "`fail` of this step")?;
+    let table = section.section(report, "fail", section.key("fail"))?;
     table.refuse_unknown(
         report,
         &["export", "as", "for", "sigma", "first", "last", "range", "by"],
@@ -246,7 +227,7 @@ fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> O
 
 /// Reads the modulations that a step writes.
 fn set(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Option<StepAction> {
-    let table = section.section(report, "set", "`set` of this step")?;
+    let table = section.section(report, "set", section.key("set"))?;
     let mut actions = Vec::new();
     for (name, node) in table.entries() {
         let Some((owner, variable)) = name.text.split_once('.') else {
@@ -271,7 +252,7 @@ fn set(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Op
             continue;
         }
         let instance = &subject.application.instances[schema];
-        let Some(port) = modulations(&instance.schema).find(|port| port.name == variable) else {
+        let Some(port) = instance.schema.modulation_named(variable) else {
             let known = modulations(&instance.schema).map(|port| port.name.as_str());
             report
                 .fault(
@@ -285,11 +266,15 @@ fn set(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Op
                 .suggest(variable, "modulations", known);
             continue;
         };
+        let port = &instance.schema.ports[port];
+        if port.name != variable {
+            warn_of_former_name(report, &name.span, &quote(name.text), &port.name);
+        }
         let folder = subject.file.parent().unwrap_or(subject.file);
         let text = source(subject.text, node);
         let owner = (owner.text, variable);
         match parse_value(&text, owner, &port.value_type, &port.unit, folder, name.text) {
-            Ok(value) => actions.push(StepWrite::Value(schema, variable.to_owned(), value)),
+            Ok(value) => actions.push(StepWrite::Value(schema, port.name.clone(), value)),
             Err(faults) => {
                 for fault in faults.list() {
                     report.fault(&node.span(), fault.message.clone());

@@ -1,9 +1,9 @@
 //! Values of an experiment file: times that may be 0, labels in results, and the text of a value as the file
 //! has it.
 
+use jde_app::units::quantity;
 use jde_core::Nanos;
 use jde_document::section::{Node, number, report_wrong_shape};
-use jde_document::units::quantity;
 use jde_document::{FaultReport, quote};
 use serde_json::Value;
 use toml::de::DeValue;
@@ -14,7 +14,7 @@ pub(super) fn moment(report: &mut FaultReport, what: &str, node: &Node) -> Optio
     let seconds = match node.get_ref().as_str() {
         Some(text) => {
             let Ok(seconds) = quantity(text, "s") else {
-                let message = format!("{what} is {}, which is no time", quote(text));
+                let message = format!("{what} is {}, which is not a time", quote(text));
                 report
                     .fault(&node.span(), message)
                     .advise(format!("write {EXPECTED}"));

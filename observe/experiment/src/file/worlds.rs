@@ -10,10 +10,10 @@ use serde_json::Value;
 
 use super::Subject;
 use super::axes::{folder, with_modulation};
-use crate::experiment::{Choice, WORLD};
+use crate::experiment::{AxisChoice, WORLD};
 
 /// The worlds of a file, or of all files of a folder, in the order of their names.
-pub(super) fn worlds(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Vec<Choice> {
+pub(super) fn worlds(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Vec<AxisChoice> {
     let Some(written) = text(report, "each of `worlds`", node) else {
         return Vec::new();
     };
@@ -50,7 +50,7 @@ pub(super) fn worlds(report: &mut FaultReport, subject: &Subject<'_>, node: &Nod
 }
 
 /// A world for every simulated robot.
-pub(super) fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
+pub(super) fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<AxisChoice> {
     let written = text(report, "each of `worlds`", node)?;
     let path = folder(subject.file).join(written.text);
     if !path.is_file() {
@@ -64,7 +64,12 @@ pub(super) fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node
 }
 
 /// A world file, relative to the experiment's file, for every simulated robot.
-fn world_of(report: &mut FaultReport, subject: &Subject<'_>, written: &str, node: &Node) -> Option<Choice> {
+fn world_of(
+    report: &mut FaultReport,
+    subject: &Subject<'_>,
+    written: &str,
+    node: &Node,
+) -> Option<AxisChoice> {
     let path = folder(subject.file).join(written);
     let robots: Vec<_> = with_modulation(subject.application, WORLD).collect();
     if robots.is_empty() {
@@ -73,7 +78,7 @@ fn world_of(report: &mut FaultReport, subject: &Subject<'_>, written: &str, node
             .advise("leave `worlds` out; `set` sets any other modulation");
         return None;
     }
-    Some(Choice {
+    Some(AxisChoice {
         label: written.into(),
         seed: None,
         overrides: robots

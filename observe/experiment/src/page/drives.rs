@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
+use jde_drawing::map::{DriveMap, FailurePlace, PathPoint, RobotPath, Takeover};
 use jde_report::experiment::{FailedDrive, FailureMap, IN_FULL};
-use jde_report::{Drive, FailurePlace, PathPoint, RobotPath, Takeover};
 use jde_sim::Footprint;
 
 use super::Page;
 use super::worlds::Worlds;
 use crate::comparison::words;
-use crate::result::{DriveResult, Failure, Outcome};
+use crate::result::{DriveFailure, DriveResult, Outcome};
 
 /// Shapes on all maps of drives together: a world of an occupancy map has thousands, and every map repeats
 /// them.
@@ -86,7 +86,7 @@ fn axes(page: &Page<'_>, result: &DriveResult) -> String {
 }
 
 /// The path of a robot until it failed, on its world.
-fn drive(failure: &Failure, ground: Drive, body: Option<Footprint>) -> Drive {
+fn drive(failure: &DriveFailure, ground: DriveMap, body: Option<Footprint>) -> DriveMap {
     let mut names: Vec<String> = Vec::new();
     let mut winners: Vec<Option<usize>> = Vec::new();
     let mut runs = failure.winners.iter().peekable();
@@ -119,7 +119,7 @@ fn drive(failure: &Failure, ground: Drive, body: Option<Footprint>) -> Drive {
             to,
         })
     });
-    Drive {
+    DriveMap {
         takeovers: takeovers.collect(),
         schema_names: names,
         paths: vec![RobotPath {
@@ -140,7 +140,7 @@ fn number(names: &mut Vec<String>, name: &str) -> usize {
 }
 
 /// The heading of the robot at a point of its path: that of its pose at the end, else towards the next point.
-fn heading(failure: &Failure, place: usize) -> f64 {
+fn heading(failure: &DriveFailure, place: usize) -> f64 {
     let last = failure.path.len() - 1;
     match failure.pose {
         Some([_, _, heading]) if place == last => heading,

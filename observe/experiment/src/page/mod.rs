@@ -6,7 +6,7 @@ mod worlds;
 
 use jde_report::experiment::{self, Distribution, DistributionRow, Fact, Report};
 
-use crate::comparison::{Comparison, Row};
+use crate::comparison::{Comparison, ComparisonRow};
 use crate::result::{DriveResult, Outcome};
 use crate::store::sorted;
 use crate::summary::Summary;
@@ -92,7 +92,7 @@ impl Page<'_> {
         measures.map(distribution).collect()
     }
 
-    fn distribution(&self, row: &Row, measure: usize) -> DistributionRow {
+    fn distribution(&self, row: &ComparisonRow, measure: usize) -> DistributionRow {
         let results = row.results.iter().map(|place| &self.summary.results[*place]);
         let (passed, others): (Vec<_>, Vec<_>) =
             results.partition(|result| result.outcome == Outcome::Passed);
@@ -126,7 +126,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::result::{Columns, Failure, MeasureColumn};
+    use crate::result::{Columns, DriveFailure, MeasureColumn};
 
     /// A drive that fails at the end of a path, won first by goon and then by vff.
     fn failed(drive: usize) -> DriveResult {
@@ -139,7 +139,7 @@ mod tests {
             properties: vec![Some(false)],
             measures: vec![Some(0.25)],
             why: "collisions > 0 at 10 s".into(),
-            failure: Some(Failure {
+            failure: Some(DriveFailure {
                 at: 10.0,
                 pose: Some([3.0, 1.0, 0.5]),
                 path: (0..11).map(|place| [f64::from(place) * 0.3, 1.0]).collect(),
@@ -211,11 +211,11 @@ mod tests {
     #[test]
     fn a_path_that_is_damaged_is_no_panic() {
         let damaged = |path: Vec<[f64; 2]>, winners: Vec<(usize, Option<String>)>| DriveResult {
-            failure: Some(Failure {
+            failure: Some(DriveFailure {
                 at: f64::MAX,
                 path,
                 winners,
-                ..Failure::default()
+                ..DriveFailure::default()
             }),
             ..failed(0)
         };

@@ -19,7 +19,7 @@ pub(super) fn results(page: &Page<'_>) -> Table {
             .map(|outcome| title(Outcome::ALL[*outcome].word(), true)),
     );
     titles.extend(columns.measures.iter().map(|measure| title(&measure.name, true)));
-    let row = |row: &crate::comparison::Row| {
+    let row = |row: &crate::comparison::ComparisonRow| {
         let passed = row.passed;
         let mut cells = vec![
             Cell::from(row.name.as_str()),

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use jde_report::{Drive, Obstacle, Paint};
+use jde_drawing::map::DriveMap;
 use jde_sim::World;
 
 use crate::result::DriveResult;
@@ -20,7 +20,7 @@ pub(super) struct Worlds<'a> {
 #[derive(Default)]
 pub(super) struct Ground {
     /// Its bounds, shapes and paint.
-    pub(super) drive: Drive,
+    pub(super) drive: DriveMap,
     /// Why it is not drawn; empty if it is.
     pub(super) note: String,
 }
@@ -48,16 +48,17 @@ impl Ground {
     fn read(path: &Path) -> Self {
         // The seed moves nothing at the start.
         match World::load(path, 0) {
-            Ok(world) => Self {
-                drive: Drive {
+            Ok(world) => {
+                let mut drive = DriveMap {
                     title: world.name().to_owned(),
-                    bounds: Some(world.bounds()),
-                    shapes: world.shapes().map(Obstacle::from).collect(),
-                    paint: world.paint().map(Paint::from).collect(),
-                    ..Drive::default()
-                },
-                note: String::new(),
-            },
+                    ..DriveMap::default()
+                };
+                drive.set_world(&world);
+                Self {
+                    drive,
+                    note: String::new(),
+                }
+            }
             Err(error) => Self {
                 note: format!("The world is not drawn: {error}"),
                 ..Self::default()

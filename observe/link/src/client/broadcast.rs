@@ -4,14 +4,15 @@
 
 use std::collections::HashSet;
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use parking_lot::Mutex;
 
 use super::connection::{Connection, QueryOutcome};
 use super::datagram;
 use super::{REPLY_TIMEOUT, Reach, check_version, choice, keys};
-use crate::folder::{Entry, Folders, Listing};
+use crate::folder::{Folders, Listing, RunningEntry};
 use crate::keys::{OPERATE, PROTOCOL, chunk};
 use crate::message::{About, Action, Request};
 use crate::session::{Login, Tls};
@@ -125,14 +126,15 @@ fn send_local(
     (message, is_stop, done): (&[u8], bool, &Mutex<HashSet<String>>),
     report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
-    let ids = || done.lock().unwrap_or_else(PoisonError::into_inner);
+    let ids = || done.lock();
     let (requested, id) = choice::parts(name.unwrap_or_default());
-    let is_selected =
-        |entry: &Entry| entry.about.executor != REPLAY && choice::is_match(&entry.about, requested, id);
+    let is_selected = |entry: &RunningEntry| {
+        entry.about.executor != REPLAY && choice::is_match(&entry.about, requested, id)
+    };
     // All running applications, selected or not.
     let abouts: Mutex<Vec<About>> = Mutex::default();
-    let is_new = |entry: &Entry| {
-        let mut abouts = abouts.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_new = |entry: &RunningEntry| {
+        let mut abouts = abouts.lock();
         // The same folder may be found under two names.
         let known = abouts.iter().any(|about| about.id == entry.about.id);
         if !known {
@@ -140,7 +142,7 @@ fn send_local(
         }
         !known
     };
-    let send = |entry: Entry, outcomes: &Sender<BroadcastOutcome>| {
+    let send = |entry: RunningEntry, outcomes: &Sender<BroadcastOutcome>| {
         let outcome = send_to(&entry, message, is_stop);
         if outcome.is_ok() {
             ids().insert(entry.about.id);
@@ -174,7 +176,7 @@ fn send_local(
         return Ok(());
     }
     // Names the running applications if another was requested.
-    let mut abouts = abouts.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut abouts = abouts.into_inner();
     abouts.sort_by_key(|about| about.started_ns);
     choice::choose(&abouts.iter().collect::<Vec<_>>(), name, super::ON_THIS_MACHINE)?;
     Err(Error::OnlyRecordings)
@@ -182,7 +184,7 @@ fn send_local(
 
 /// Sends the request to an application. One that stops everything needs no connection, unless the application is older
 /// than its socket for these.
-fn send_to(entry: &Entry, message: &[u8], is_stop: bool) -> Result<Vec<String>, Error> {
+fn send_to(entry: &RunningEntry, message: &[u8], is_stop: bool) -> Result<Vec<String>, Error> {
     check_version(&entry.about)?;
     if is_stop && let Ok(reply) = datagram::request(&entry.stop_socket, message) {
         return match decode::refusal(&reply) {

@@ -22,7 +22,7 @@ pub(super) fn choose(running: &[&About], name: Option<&str>, whereabouts: &str) 
             let plain = running.iter().map(|about| about.name.as_str());
             Err(Error::UnknownApplication {
                 name: name.to_owned(),
-                nearest: jde_board::nearest(requested, plain).map(str::to_owned),
+                nearest: jde_nearest::nearest(requested, plain).map(str::to_owned),
                 running: names,
             })
         }
@@ -64,23 +64,11 @@ fn distinct(running: &[&About]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::Network;
 
     fn about(name: &str, id: &str) -> About {
         About {
-            name: name.to_owned(),
-            id: id.to_owned(),
-            protocol: 1,
-            version: String::new(),
             host: "base".to_owned(),
-            user: String::new(),
-            pid: 1,
-            application: String::new(),
-            file: String::new(),
-            started_ns: 0,
-            executor: String::new(),
-            speed: 1.0,
-            network: Network::Closed,
+            ..crate::folder::runtime_folder::tests::about(name, id)
         }
     }
 

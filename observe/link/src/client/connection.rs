@@ -4,12 +4,14 @@
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+use zenoh::handlers::DefaultHandler;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::session::SessionGetBuilder;
 use zenoh::{Session, Wait};
 
 use crate::decode::{self, Refused};
-use crate::folder::{Entry, new_id};
+use crate::folder::{RunningEntry, new_id};
 use crate::message::{About, Refusal};
 use crate::session::{self, Login, SessionOptions, Tls};
 use crate::{Error, Unanswered};
@@ -81,7 +83,7 @@ pub(super) fn connect_all(
 }
 
 impl Connection {
-    pub(crate) fn local(entry: &Entry) -> Result<Self, Error> {
+    pub(crate) fn local(entry: &RunningEntry) -> Result<Self, Error> {
         let endpoint = format!("unixsock-stream/{}", entry.socket.display());
         let start = Instant::now();
         loop {
@@ -169,6 +171,32 @@ impl Connection {
         self.session.as_ref().expect("taken only when it is dropped")
     }
 
+    /// Returns a query to be sent.
+    fn request(
+        &self,
+        selector: &str,
+        target: QueryTarget,
+        payload: Option<Vec<u8>>,
+        timeout: Duration,
+    ) -> SessionGetBuilder<'_, 'static, DefaultHandler> {
+        let request = self
+            .session()
+            .get(selector.to_owned())
+            .target(target)
+            .consolidation(ConsolidationMode::None)
+            .congestion_control(CongestionControl::Block)
+            .attachment(self.client.as_str())
+            .timeout(timeout);
+        // Requests with a payload take precedence over queries, and so do their replies.
+        match payload {
+            Some(payload) => request
+                .payload(payload)
+                .priority(Priority::RealTime)
+                .express(true),
+            None => request,
+        }
+    }
+
     /// Calls `on_reply` with the key and content of each reply as it arrives. Returns whether the query ended
     /// in time.
     pub(super) fn query(
@@ -179,19 +207,8 @@ impl Connection {
         mut on_reply: impl FnMut(&str, Result<Vec<u8>, Refusal>),
     ) -> Result<bool, Error> {
         let (sender, replies) = mpsc::sync_channel(MAX_REPLIES);
-        let mut get = self
-            .session()
-            .get(selector)
-            .target(QueryTarget::All)
-            .consolidation(ConsolidationMode::None)
-            .congestion_control(CongestionControl::Block)
-            .attachment(self.client.as_str())
-            .timeout(timeout);
-        // Requests with a payload take precedence over queries, and so do their replies.
-        if let Some(payload) = payload {
-            get = get.payload(payload).priority(Priority::RealTime).express(true);
-        }
-        get.callback(move |reply| drop(sender.try_send(reply.into_result())))
+        self.request(selector, QueryTarget::All, payload, timeout)
+            .callback(move |reply| drop(sender.try_send(reply.into_result())))
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
         let mut deadline = Instant::now() + timeout;
@@ -223,23 +240,12 @@ impl Connection {
     ) -> Result<QueryOutcome, Error> {
         let (sender, replies) = mpsc::channel();
         let start = Instant::now();
-        let mut get = self
-            .session()
-            .get(selector)
-            .target(QueryTarget::BestMatching)
-            .consolidation(ConsolidationMode::None)
-            .congestion_control(CongestionControl::Block)
-            .attachment(self.client.as_str())
-            .timeout(timeout);
-        // Requests with a payload take precedence over queries, and so do their replies.
-        if let Some(payload) = payload {
-            get = get.payload(payload).priority(Priority::RealTime).express(true);
-        }
-        get.callback(move |reply| {
-            let _ = sender.send(reply.into_result());
-        })
-        .wait()
-        .map_err(|error| Error::Open(error.to_string()))?;
+        self.request(selector, QueryTarget::BestMatching, payload, timeout)
+            .callback(move |reply| {
+                let _ = sender.send(reply.into_result());
+            })
+            .wait()
+            .map_err(|error| Error::Open(error.to_string()))?;
         // Zenoh itself reports a query that timed out.
         let reply = replies.recv_timeout(timeout + Duration::from_secs(1));
         let waited = start.elapsed();

@@ -1,6 +1,8 @@
 //! Merges past and new events into one order, without duplicates, and counts missing ones.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 use crate::attachment;
 use crate::decode::{self, Refused};
@@ -56,7 +58,7 @@ impl EventMerger {
             .and_then(attachment::number)
             .ok_or_else(|| Refused::Unreadable("an event without its number".to_owned()))?;
         let record = decode::record(kind, message)?;
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         match &mut state.pending {
             Some(pending) => {
                 if pending.len() == MAX_PENDING {
@@ -73,7 +75,7 @@ impl EventMerger {
     pub(super) fn begin(&self, mut records: Vec<(u64, RunRecord)>) {
         // Each kind is in order already.
         records.sort_by_key(|(_, record)| record.time());
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         records.extend(state.pending.take().unwrap_or_default());
         for (number, record) in records {
             state.deliver(number, record);
@@ -110,7 +112,7 @@ mod tests {
         let delivered = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&delivered);
         let merger = EventMerger::new(Box::new(move |event: ReceivedEvent| {
-            sink.lock().unwrap().push((event.number, event.missed));
+            sink.lock().push((event.number, event.missed));
         }));
         let push = |number: u64| {
             merger
@@ -126,7 +128,7 @@ mod tests {
         merger.begin(vec![(2, record(2)), (3, record(3))]);
         push(4);
         push(7);
-        assert_eq!(*delivered.lock().unwrap(), [(2, 0), (3, 0), (4, 0), (7, 2)]);
+        assert_eq!(*delivered.lock(), [(2, 0), (3, 0), (4, 0), (7, 2)]);
         assert!(merger.push(RecordKind::Decision, b"{", Some(&[0; 8])).is_err());
         assert!(
             merger

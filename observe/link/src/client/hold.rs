@@ -1,10 +1,12 @@
 //! An operator's hold that lasts as long as its client. The client renews it, and the application ends it
 //! when renewals stop.
 
+use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
+
+use parking_lot::Mutex;
 
 use super::Remote;
 use crate::Error;
@@ -48,7 +50,7 @@ impl Hold {
                 match remote.operate(&renew) {
                     Ok(()) => {}
                     Err(error @ (Error::Refused { .. } | Error::Disconnected(_))) => {
-                        *reason.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+                        *reason.lock() = Some(error.to_string());
                         break;
                     }
                     Err(error) => tracing::warn!("a hold was not renewed: {error}"),
@@ -79,7 +81,7 @@ impl Hold {
     /// Why the hold ended before it was dropped, if it did.
     #[must_use]
     pub fn lost(&self) -> Option<String> {
-        self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.lost.lock().clone()
     }
 }
 

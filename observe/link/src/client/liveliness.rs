@@ -1,7 +1,8 @@
 //! Whether an application is reachable, with waits and callbacks for changes.
 
-use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
+
+use parking_lot::{Condvar, Mutex};
 
 type OnGone = Box<dyn FnOnce() + Send>;
 
@@ -20,7 +21,7 @@ struct LivelinessState {
 
 impl Liveliness {
     pub(super) fn set(&self, alive: bool) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         state.alive = alive;
         let callbacks = if alive {
             Vec::new()
@@ -33,22 +34,20 @@ impl Liveliness {
     }
 
     pub(super) fn is_alive(&self) -> bool {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).alive
+        self.state.lock().alive
     }
 
     /// Waits until the application is alive or gone, as `alive` states, at most for `timeout`. Returns
     /// whether it is.
     pub(super) fn wait(&self, alive: bool, timeout: Duration) -> bool {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let (state, _) = self
-            .changed
-            .wait_timeout_while(state, timeout, |state| state.alive != alive)
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
+        self.changed
+            .wait_while_for(&mut state, |state| state.alive != alive, timeout);
         state.alive == alive
     }
 
     pub(super) fn on_gone(&self, callback: OnGone) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         if state.alive {
             state.on_gone.push(callback);
         } else {

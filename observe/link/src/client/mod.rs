@@ -14,10 +14,12 @@ mod remote;
 mod sample;
 mod subscription;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
-use crate::folder::{Entry, Folders};
+use parking_lot::Mutex;
+
+use crate::folder::{Folders, RunningEntry};
 use crate::keys::{ALL_ABOUT, PROTOCOL};
 use crate::message::About;
 use crate::session::{Login, Tls};
@@ -88,7 +90,7 @@ enum Backend {
 
 /// An application that was found, and its access.
 enum Discovered {
-    Local(Entry),
+    Local(RunningEntry),
     Network(About, Arc<Connection>),
 }
 
@@ -126,7 +128,7 @@ impl Client {
     /// makes sense.
     #[must_use]
     pub fn unanswered(&self) -> Vec<Unanswered> {
-        let last = self.unanswered.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = self.unanswered.lock();
         self.unconnected.iter().chain(&*last).cloned().collect()
     }
 
@@ -208,7 +210,7 @@ impl Client {
                     }
                 }
                 found.sort_by_key(|found| found.about().started_ns);
-                *self.unanswered.lock().unwrap_or_else(PoisonError::into_inner) = last;
+                *self.unanswered.lock() = last;
                 Ok(found)
             }
         }

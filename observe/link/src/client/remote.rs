@@ -1,6 +1,6 @@
 //! An application as seen by tools. Callable from any thread; a clone refers to the same application.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::Type;
@@ -8,6 +8,7 @@ use jde_panel::Gesture;
 use jde_records::RecordKind;
 use jde_records::reload::ReloadReport;
 use jde_records::snapshot::Snapshot;
+use parking_lot::Mutex;
 use zenoh::Wait;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
@@ -138,7 +139,7 @@ impl Remote {
             let names = variables.iter().map(|variable| variable.name.as_str());
             Error::Refused {
                 text: format!("`{}` has no variable `{name}`", self.inner.about.name),
-                nearest: jde_board::nearest(name, names).map(str::to_owned),
+                nearest: jde_nearest::nearest(name, names).map(str::to_owned),
             }
         })
     }
@@ -398,17 +399,13 @@ impl Remote {
             }),
             None => Err(Error::Refused {
                 text: format!("`{}` has no schema `{schema}`", self.inner.about.name),
-                nearest: jde_board::nearest(schema, names).map(str::to_owned),
+                nearest: jde_nearest::nearest(schema, names).map(str::to_owned),
             }),
         }
     }
 
     fn known_variables(&self) -> Result<Arc<Vec<VariableInfo>>, Error> {
-        let mut known = self
-            .inner
-            .variables
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.inner.variables.lock();
         if let Some(known) = &*known {
             return Ok(Arc::clone(known));
         }

@@ -2,8 +2,9 @@
 //! reused, because both ends keep each name ever declared in memory while they are connected.
 
 use std::collections::HashSet;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::{Session, Wait};
@@ -74,7 +75,7 @@ impl Tokens {
 
     /// Takes the first free name: several subscriptions may request the same publication.
     fn reserve(&self, key: impl Fn(&str) -> String) -> ReservedName {
-        let mut taken = lock(&self.in_use);
+        let mut taken = self.in_use.lock();
         let mut number = 0_u64;
         loop {
             let key = key(&format!("{}-{number}", self.client));
@@ -91,12 +92,8 @@ impl Tokens {
 
 impl Drop for ReservedName {
     fn drop(&mut self) {
-        lock(&self.in_use).remove(&self.key);
+        self.in_use.lock().remove(&self.key);
     }
-}
-
-fn lock(taken: &NamesInUse) -> MutexGuard<'_, HashSet<String>> {
-    taken.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -121,6 +118,6 @@ mod tests {
             assert_eq!(reserve_laser().key, "want/laser/c1-0");
         }
         drop(second);
-        assert!(lock(&tokens.in_use).is_empty());
+        assert!(tokens.in_use.lock().is_empty());
     }
 }

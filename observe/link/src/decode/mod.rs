@@ -58,7 +58,7 @@ pub fn about_at(key: &str, bytes: &[u8]) -> Result<About, Refused> {
         return Ok(about);
     }
     Err(Refused::Nonsense(format!(
-        "it answers as `{}`, and its key is of another",
+        "it answers as `{}`, but its key names another application",
         about.name
     )))
 }
@@ -209,7 +209,7 @@ fn check_about(about: &About) -> Result<(), String> {
         ));
     }
     if !is_amount(about.speed) || about.started_ns > MAX_TIME {
-        return Err("it states a speed or a start that is none".to_owned());
+        return Err("it states a speed or a start that is not valid".to_owned());
     }
     Ok(())
 }
@@ -259,10 +259,10 @@ fn check_schema(place: usize, schema: &SchemaInfo) -> Result<(), String> {
     let what = || format!("schema {place}");
     check_name(&schema.name, what)?;
     if !["perceptive", "motor", "driver"].contains(&schema.kind.as_str()) {
-        return Err(format!("{} is of no kind: `{}`", what(), schema.kind));
+        return Err(format!("{} has an unknown kind: `{}`", what(), schema.kind));
     }
     if !is_amount(schema.period_s) || !is_amount(schema.budget_s) {
-        return Err(format!("{} has a period or a budget that is none", what()));
+        return Err(format!("{} has a period or a budget that is not a time", what()));
     }
     schema.ports.iter().try_for_each(|port| check_port(port, what))
 }
@@ -279,7 +279,7 @@ fn check_port(port: &PortInfo, what: impl Fn() -> String) -> Result<(), String> 
     check_name(&port.name, || format!("a port of {}", what()))?;
     if !ROLES.contains(&port.role.as_str()) {
         return Err(format!(
-            "`{}` of {} has no role: `{}`",
+            "`{}` of {} has an unknown role: `{}`",
             port.name,
             what(),
             port.role
@@ -297,7 +297,7 @@ fn check_variable(variable: &VariableInfo) -> Result<(), String> {
         owner => *name == format!("{owner}.{}", variable.variable),
     };
     if !is_owned {
-        return Err(format!("the variable `{name}` is not one of its owner"));
+        return Err(format!("the variable `{name}` does not begin with its owner"));
     }
     if !["export", "modulation", "command"].contains(&variable.access.as_str()) {
         return Err(format!("`{name}` is neither export, modulation nor command"));
@@ -307,7 +307,7 @@ fn check_variable(variable: &VariableInfo) -> Result<(), String> {
         return Ok(());
     };
     if !is_amount(age_s.unwrap_or_default()) || !is_amount(*rate_hz) {
-        return Err(format!("`{name}` has an age or a rate that is none"));
+        return Err(format!("`{name}` has an age or a rate that is not valid"));
     }
     Ok(())
 }
@@ -315,7 +315,7 @@ fn check_variable(variable: &VariableInfo) -> Result<(), String> {
 fn check_range(range: &Range, what: impl FnOnce() -> String) -> Result<(), String> {
     let is_empty = matches!((range.least, range.greatest), (Some(least), Some(greatest)) if least > greatest);
     if is_empty || range.choices.len() > MAX_CHOICES {
-        return Err(format!("{} has a range that no number is in", what()));
+        return Err(format!("{} has a range without a number", what()));
     }
     Ok(())
 }

@@ -132,7 +132,7 @@ fn schemas_that_are_not_there_are_named() {
     );
     assert!(changed("/schemas/0/father", json!("goon")).contains("fathers above it"));
     assert!(changed("/groups/0/members/0", json!("x")).contains("no such schema"));
-    assert!(changed("/schemas/0/kind", json!("robot")).contains("is of no kind"));
+    assert!(changed("/schemas/0/kind", json!("robot")).contains("has an unknown kind"));
     assert!(changed("/schemas/0/period_s", json!(-1)).contains("period"));
 }
 
@@ -148,7 +148,7 @@ fn a_variable_has_the_name_of_its_owner_unless_it_has_none() {
     assert_eq!(read("fast", ""), Ok(()));
     assert_eq!(read("robot2:goon.fast", "robot2:goon"), Ok(()));
     for (name, owner) in [("goon.fast", ""), ("fast", "goon"), (".fast", "")] {
-        assert!(nonsense(read(name, owner)).contains("not one of its owner"));
+        assert!(nonsense(read(name, owner)).contains("does not begin with its owner"));
     }
 }
 
@@ -161,7 +161,10 @@ fn an_application_with_the_name_of_another_is_refused() {
     let message = bytes(example("robot", ID));
     assert!(about_at(&format!("jde/1/robot/{ID}/about"), &message).is_ok());
     let reason = nonsense(about_at(&format!("jde/1/robot7/{ID}/about"), &message));
-    assert_eq!(reason, "it answers as `robot`, and its key is of another");
+    assert_eq!(
+        reason,
+        "it answers as `robot`, but its key names another application"
+    );
 }
 
 #[test]

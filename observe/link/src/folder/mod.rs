@@ -7,7 +7,7 @@ pub(crate) mod runtime_folder;
 use std::path::{Path, PathBuf};
 
 use crate::{Error, whoami};
-pub(crate) use runtime_folder::{Announcement, Claim, Entry, Listing, Secret, new_id};
+pub(crate) use runtime_folder::{Announcement, Claim, Listing, RunningEntry, Secret, new_id};
 use runtime_folder::{RuntimeFolder, is_own};
 
 /// Environment variable with the only folder to use, for tests and for isolated applications.
@@ -106,8 +106,8 @@ impl Folders {
     ///
     /// # Errors
     /// [`Error::Folder`]. A folder that does not exist is no error. Takes 5 s at most.
-    pub(crate) fn list(&self) -> Result<Vec<Entry>, Error> {
-        let mut entries: Vec<Entry> = Vec::new();
+    pub(crate) fn list(&self) -> Result<Vec<RunningEntry>, Error> {
+        let mut entries: Vec<RunningEntry> = Vec::new();
         for listing in self.listings() {
             match listing.wait() {
                 Ok(found) => entries.extend(found),

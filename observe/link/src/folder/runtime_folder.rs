@@ -44,7 +44,7 @@ pub(super) struct RuntimeFolder {
 pub(crate) struct Listing {
     folder: RuntimeFolder,
     since: Instant,
-    receiver: Receiver<Result<Vec<Entry>, Error>>,
+    receiver: Receiver<Result<Vec<RunningEntry>, Error>>,
 }
 
 /// A claimed name. No other application can claim one in this folder meanwhile.
@@ -66,7 +66,7 @@ pub(crate) struct Announcement {
 
 /// A running application on this machine.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Entry {
+pub(crate) struct RunningEntry {
     pub(crate) about: About,
     pub(crate) socket: PathBuf,
     /// The socket for requests to stop everything.
@@ -131,7 +131,7 @@ impl RuntimeFolder {
     ///
     /// # Errors
     /// [`Error::Folder`]; a folder that does not exist is no error.
-    fn list(&self) -> Result<Vec<Entry>, Error> {
+    fn list(&self) -> Result<Vec<RunningEntry>, Error> {
         if self.owned_parent.as_deref().is_some_and(|folder| !is_own(folder)) {
             return Ok(Vec::new());
         }
@@ -151,7 +151,7 @@ impl RuntimeFolder {
                 continue;
             };
             match read_announcement(&file.path()) {
-                AnnouncementState::Running(about) if about.id == id => entries.push(Entry {
+                AnnouncementState::Running(about) if about.id == id => entries.push(RunningEntry {
                     about: *about,
                     socket: self.socket(id),
                     stop_socket: self.stop_socket(id),
@@ -182,7 +182,7 @@ impl RuntimeFolder {
         &self,
         requested: &str,
         required: bool,
-        running: impl Fn() -> Result<Vec<Entry>, Error>,
+        running: impl Fn() -> Result<Vec<RunningEntry>, Error>,
     ) -> Result<Claim, Error> {
         if !keys::is_name(requested) {
             return Err(Error::Name(requested.to_owned()));
@@ -298,7 +298,7 @@ impl RuntimeFolder {
 
     /// Removes files of applications that do not run. The caller holds the lock, so no application is
     /// starting up here.
-    fn remove_stale_files(&self, running: &[Entry]) -> Result<(), Error> {
+    fn remove_stale_files(&self, running: &[RunningEntry]) -> Result<(), Error> {
         let names = std::fs::read_dir(&self.path).map_err(|error| self.unusable(error))?;
         for file in names.flatten() {
             let name = file.file_name();
@@ -348,7 +348,7 @@ impl Listing {
     /// # Errors
     /// [`Error::Folder`], also if the folder does not answer in 5 s. A folder that does not exist is no
     /// error.
-    pub(crate) fn wait(self) -> Result<Vec<Entry>, Error> {
+    pub(crate) fn wait(self) -> Result<Vec<RunningEntry>, Error> {
         let remaining = LIST_TIMEOUT.saturating_sub(self.since.elapsed());
         self.receiver.recv_timeout(remaining).unwrap_or_else(|_| {
             Err(self.folder.refused(

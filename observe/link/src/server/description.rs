@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Port, Role};
+use jde_abi::raw;
 use jde_app::{Application, Binding};
 use jde_board::{Access, Variable};
+use jde_core::{GroupId, SchemaId};
 
 use super::subject::Subject;
 use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas, VariableInfo};
@@ -12,8 +14,8 @@ use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas,
 /// The schemas and groups of an application.
 #[must_use]
 pub fn schemas(application: &Application) -> Schemas {
-    let name = |instance: usize| application.instances[instance].name.clone();
-    let group = |group: usize| application.groups[group].name.clone();
+    let name = |instance: SchemaId| application.instances[instance].name.clone();
+    let group = |group: GroupId| application.groups[group].name.clone();
     let schemas = application.instances.iter().map(|instance| {
         let roles = instance.schema.children.iter().zip(&instance.children);
         let ports = instance.schema.ports.iter().zip(&instance.bindings);
@@ -61,7 +63,7 @@ pub fn schemas(application: &Application) -> Schemas {
 
 fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {
     let role = match port.role {
-        Role::Import { .. } => "import",
+        Role::Import => "import",
         Role::Export { .. } => "export",
         Role::Modulation { .. } => "modulation",
         Role::Command { .. } => "command",
@@ -70,6 +72,7 @@ fn port_info(application: &Application, owner: &str, port: &Port, binding: &Bind
     };
     PortInfo {
         name: port.name.clone(),
+        former_name: port.former_name.clone(),
         role: role.to_owned(),
         type_name: port.value_type.name.clone(),
         unit: port.unit.clone(),
@@ -78,7 +81,7 @@ fn port_info(application: &Application, owner: &str, port: &Port, binding: &Bind
             Role::Modulation { limits, .. } => limits.into(),
             _ => Range::default(),
         },
-        fixed: matches!(port.role, Role::Modulation { fixed: true, .. }),
+        fixed: port.has(raw::FIXED),
         variable: variable(application, owner, port, binding),
     }
 }
@@ -90,7 +93,7 @@ fn variable(application: &Application, owner: &str, port: &Port, binding: &Bindi
             Some(format!("{owner}.{}", port.name))
         }
         Binding::Import { source, .. } => source.map(|source| application.source_name(source)),
-        Binding::Actuator { target } => target.map(|(owner, port)| application.variable_name(owner, port)),
+        Binding::Actuator { target } => target.map(|command| application.variable_name(command)),
         Binding::ChildModulation { target } => target.map(|target| application.target_name(target)),
     }
 }

@@ -3,16 +3,17 @@
 //! is found again.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_app::RemoteVariable as Import;
 use jde_board::{Nanos, Writer};
+use parking_lot::Mutex;
 
-use super::peer::{self, Search};
+use super::peer::{self, PeerSearch};
 use super::subject::Subject;
 use crate::{Error, Sample, ValueBytes};
 
@@ -55,7 +56,7 @@ struct ImportWriter {
 
 impl Imports {
     /// Follows each peer on a thread of its own, and writes the received values.
-    pub(super) fn start(subject: &Arc<dyn Subject>, search: &Arc<Search>) -> Result<Self, Error> {
+    pub(super) fn start(subject: &Arc<dyn Subject>, search: &Arc<PeerSearch>) -> Result<Self, Error> {
         let (waker, wakeups) = sync_channel(1);
         let imports = subject.imports();
         let state = Arc::new(ImportState {
@@ -128,10 +129,7 @@ impl ImportState {
     }
 
     fn set_newest(&self, index: usize, update: ImportUpdate) {
-        let mut newest = self.slots[index]
-            .newest
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut newest = self.slots[index].newest.lock();
         *newest = Some(update);
         drop(newest);
         self.wake();
@@ -145,7 +143,7 @@ impl ImportState {
 
 impl Slot {
     fn take(&self) -> Option<ImportUpdate> {
-        self.newest.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.newest.lock().take()
     }
 }
 

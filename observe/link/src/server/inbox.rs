@@ -4,12 +4,13 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher as _, RandomState};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::Thread;
 use std::time::Instant;
 
 use crossbeam_queue::ArrayQueue;
+use parking_lot::Mutex;
 use serde::Deserialize;
 use zenoh::query::Query;
 
@@ -183,9 +184,7 @@ impl Inbox {
             1 + hash % (QUEUES / 2 - 1)
         }) + origin as usize * (QUEUES / 2);
         if rank == Rank::Query {
-            let mut limiter = self.limiters[queue]
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
+            let mut limiter = self.limiters[queue].lock();
             if !limiter.try_take(Instant::now()) {
                 return;
             }
@@ -246,7 +245,7 @@ impl Inbox {
             return;
         };
         let demand = Demand { target, rate, origin };
-        let mut demands = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut demands = self.demands.lock();
         if is_present {
             demands.add(demand, token);
         } else {
@@ -262,7 +261,7 @@ impl Inbox {
         if !self.demands_changed.swap(false, Ordering::AcqRel) {
             return None;
         }
-        let demands = self.demands.lock().unwrap_or_else(PoisonError::into_inner);
+        let demands = self.demands.lock();
         let arrivals = demands
             .demands
             .iter()

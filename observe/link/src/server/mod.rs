@@ -15,8 +15,6 @@ mod panel_publisher;
 mod peer;
 mod publications;
 mod repeats;
-#[cfg(feature = "host")]
-mod running;
 mod server_session;
 mod stop_socket;
 mod stopper;
@@ -34,8 +32,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 pub use bucket::TokenBucket;
 pub use description::schemas;
 pub use events::Events;
-#[cfg(feature = "host")]
-pub use running::Running;
 pub(crate) use subject::no_panel;
 pub use subject::{OnDrawn, PanelViewer, Subject, SubjectInfo};
 
@@ -50,7 +46,7 @@ use crate::{Error, whoami};
 use imports::Imports;
 use inbox::{Inbox, Origin};
 use operator_workers::OperatorWorkers;
-use peer::Search;
+use peer::PeerSearch;
 use server_session::ServerSession;
 use stop_socket::StopSocket;
 use stopper::Stopper;
@@ -165,7 +161,7 @@ impl Link {
                 &inbox,
             )?);
         }
-        let search = Arc::new(Search {
+        let search = Arc::new(PeerSearch {
             folder: settings.folder.clone(),
             network: sessions.get(1).map(|session| session.session.clone()),
         });

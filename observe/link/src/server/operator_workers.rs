@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 
 use jde_board::VariableStatus;
 use jde_records::reload::ReloadReport;
-use jde_records::snapshot::Snapshot;
+use jde_records::snapshot::{SchemaView, Snapshot};
 use zenoh::query::Query;
 
 use super::inbox::Inbox;
@@ -49,6 +49,8 @@ pub(super) enum JobOutcome {
     Statuses(Vec<VariableStatus>),
     /// With what awake schemas lose by it, in words.
     Operated(Box<OperatorRequest>, Result<String, Refusal>),
+    /// Everything was released; with the schemas that had been stopped with everything.
+    Released(Box<OperatorRequest>, Result<Vec<String>, Refusal>),
     /// Everything was stopped, or the stop was refused; the reply to all these queries.
     Stopped(Vec<Query>, Result<(), Refusal>),
     Reloaded(Box<OperatorRequest>, Result<ReloadReport, Refusal>),
@@ -142,6 +144,13 @@ fn run_worker(subject: &dyn Subject, inbox: &Inbox, jobs: &Receiver<Job>) {
                 let now = subject.now();
                 let variables = subject.board().list();
                 JobOutcome::Statuses(variables.map(|variable| variable.status(now)).collect())
+            }
+            Job::Operate(operation) if operation.request.action == Action::ReleaseAll => {
+                let mut schemas = subject.snapshot().schemas;
+                schemas.retain(SchemaView::is_stopped_with_everything);
+                let stopped = schemas.into_iter().map(|schema| schema.name).collect();
+                let outcome = subject.operate(&operation.request).map(|_| stopped);
+                JobOutcome::Released(operation, outcome)
             }
             Job::Operate(operation) => {
                 let outcome = subject.operate(&operation.request);

@@ -2,10 +2,11 @@
 //! machine and on the network, subscribes to it while it is alive, and searches again when it is gone.
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use jde_ros::definition;
+use parking_lot::{Condvar, Mutex};
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
@@ -19,7 +20,7 @@ use crate::{Error, session};
 const SEARCH_PAUSE: Duration = Duration::from_millis(500);
 
 /// Where peers are searched.
-pub(super) struct Search {
+pub(super) struct PeerSearch {
     pub(super) folder: Folders,
     /// The network session of `[link]`, if it opened one.
     pub(super) network: Option<Session>,
@@ -44,7 +45,7 @@ pub(super) fn follow(
     name: &str,
     slots: Vec<usize>,
     state: &Arc<ImportState>,
-    search: &Arc<Search>,
+    search: &Arc<PeerSearch>,
 ) -> Result<(), Error> {
     let peer = Peer {
         name: name.to_owned(),
@@ -68,7 +69,7 @@ struct Peer {
     /// Indices of the imports from this peer.
     slots: Vec<usize>,
     state: Arc<ImportState>,
-    search: Arc<Search>,
+    search: Arc<PeerSearch>,
     waker: Arc<Waker>,
 }
 
@@ -195,12 +196,12 @@ impl Peer {
 
 impl Waker {
     fn wake(&self) {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).is_woken = true;
+        self.state.lock().is_woken = true;
         self.condvar.notify_all();
     }
 
     fn set_alive(&self, id: &str, is_alive: bool) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         if is_alive {
             state.alive.insert(id.to_owned());
         } else {
@@ -211,17 +212,15 @@ impl Waker {
     }
 
     fn first_alive(&self) -> Option<String> {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = self.state.lock();
         state.alive.first().cloned()
     }
 
     /// Waits until woken or until the next search is due.
     fn wait(&self) {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let (mut state, _) = self
-            .condvar
-            .wait_timeout_while(state, SEARCH_PAUSE, |state| !state.is_woken)
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
+        self.condvar
+            .wait_while_for(&mut state, |state| !state.is_woken, SEARCH_PAUSE);
         state.is_woken = false;
     }
 }

@@ -102,9 +102,7 @@ fn receive(socket: &UnixDatagram, subject: &dyn Subject, inbox: &Inbox, done: &O
 fn stop(request: &[u8], subject: &dyn Subject) -> Result<(), Refusal> {
     let request = read_request(request)?;
     if request.action != Action::StopAll {
-        return Err(Refusal::new(
-            "this socket takes requests to stop everything alone",
-        ));
+        return Err(Refusal::new("this socket takes only requests to stop everything"));
     }
     if request.lease_ms.is_some() {
         return Err(Refusal::lease_on_global());

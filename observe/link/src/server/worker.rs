@@ -223,12 +223,24 @@ impl Worker {
                 }
                 if let Some(query) = operated.query {
                     let is_global = operated.request.action.is_global();
-                    self.reply_outcome(&query, outcome, is_global);
+                    let roots = if is_global { self.roots.clone() } else { Vec::new() };
+                    self.reply_outcome(&query, outcome.map(|losses| (losses, roots)));
+                }
+            }
+            JobOutcome::Released(operated, outcome) => {
+                self.operator_workers.finish(&operated);
+                if let Some(query) = operated.query {
+                    let released = |stopped: Vec<String>| {
+                        let roots = self.roots.iter().filter(|root| stopped.contains(root));
+                        (String::new(), roots.cloned().collect())
+                    };
+                    self.reply_outcome(&query, outcome.map(released));
                 }
             }
             JobOutcome::Stopped(queries, outcome) => {
                 for query in queries {
-                    self.reply_outcome(&query, outcome.clone().map(|()| String::new()), true);
+                    let outcome = outcome.clone().map(|()| (String::new(), self.roots.clone()));
+                    self.reply_outcome(&query, outcome);
                 }
             }
             JobOutcome::Reloaded(operated, outcome) => {
@@ -249,13 +261,14 @@ impl Worker {
         }
     }
 
-    fn reply_outcome(&self, query: &Query, outcome: Result<String, Refusal>, is_global: bool) {
+    /// Replies with what awake schemas lose, and with the roots that were stopped or released at once.
+    fn reply_outcome(&self, query: &Query, outcome: Result<(String, Vec<String>), Refusal>) {
         match outcome {
-            Ok(losses) => {
+            Ok((losses, roots)) => {
                 let message = OperateReply {
                     ok: true,
                     losses,
-                    roots: if is_global { self.roots.clone() } else { Vec::new() },
+                    roots,
                     ..OperateReply::default()
                 };
                 reply(query, &self.keys.of(keys::OPERATE), json(&message));

@@ -1,9 +1,9 @@
 //! An application without schemas, and a separate runtime folder for each test.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use jde_app::RemoteVariable as Import;
@@ -15,6 +15,7 @@ use jde_link::{
 };
 use jde_records::snapshot::Snapshot;
 use jde_types::Value as _;
+use parking_lot::Mutex;
 use zenoh::Wait;
 
 use crate::panels::TestPanel;
@@ -89,7 +90,7 @@ impl TestSubject {
     }
 
     pub(crate) fn actions(&self) -> Vec<(String, Action)> {
-        self.actions.lock().unwrap().clone()
+        self.actions.lock().clone()
     }
 }
 
@@ -164,7 +165,7 @@ impl Subject for TestSubject {
             ..Snapshot::default()
         };
         self.snapshots.fetch_add(1, Ordering::Relaxed);
-        drop(self.snapshot_lock.lock().unwrap());
+        drop(self.snapshot_lock.lock());
         snapshot
     }
 
@@ -176,9 +177,9 @@ impl Subject for TestSubject {
             });
         }
         if matches!(action, Action::Touch { .. }) {
-            drop(self.gesture_lock.lock().unwrap());
+            drop(self.gesture_lock.lock());
         }
-        self.actions.lock().unwrap().push((by.to_owned(), action.clone()));
+        self.actions.lock().push((by.to_owned(), action.clone()));
         Ok(())
     }
 }

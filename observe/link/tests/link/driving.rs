@@ -2,8 +2,8 @@
 //! gestures take effect, and the schema is not disturbed otherwise.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 
 use jde_app::Application;
 use jde_host::{Handle, Lockstep, Options, Running};
@@ -12,6 +12,7 @@ use jde_loader::{Plugins, SearchPath};
 use jde_panel::{Button, Item, List, Touch};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 
 use crate::common::{TestRuntime, until};
 use crate::processes::ChildProcess;
@@ -78,8 +79,8 @@ fn linked(runtime: &TestRuntime, application: &Application) -> (Options, Arc<Mut
     let options = Options {
         observers: vec![observer],
         start_hook: Some(Box::new(move |handle: &Handle| {
-            let subject = Arc::new(jde_link::Running::new(handle.clone(), info));
-            *opened.lock().unwrap() = Some(Link::open(&settings, subject, &events)?);
+            let subject = Arc::new(jde_link_host::Running::new(handle.clone(), info));
+            *opened.lock() = Some(Link::open(&settings, subject, &events)?);
             Ok(())
         })),
         ..Options::default()
@@ -118,40 +119,37 @@ fn r10_a_gesture_changes_the_panel_and_is_recorded_with_its_operator() {
     let newest = Arc::clone(&latest);
     let _subscription = remote
         .watch_panel("goon", Rate::Full, move |panel| {
-            *newest.lock().unwrap() = panel.list.unwrap();
+            *newest.lock() = panel.list.unwrap();
         })
         .unwrap();
     until("the schema counts", || {
-        latest.lock().unwrap().items.len() == 2 && counted(&latest.lock().unwrap()) > 3.0
+        latest.lock().items.len() == 2 && counted(&latest.lock()) > 3.0
     });
     remote.touch("ana@laptop", "goon", click("field")).unwrap();
     let shows_target = |list: &List| {
         let mut items = list.items.iter();
         items.any(|item| matches!(item, Item::Text { text, .. } if text == "target 1.5, -2"))
     };
-    until("the panel shows its target", || {
-        shows_target(&latest.lock().unwrap())
-    });
+    until("the panel shows its target", || shows_target(&latest.lock()));
     let received = Arc::new(Mutex::new(String::new()));
     let log = Arc::clone(&received);
     let _events = remote
         .events(&[jde_records::RecordKind::Event], 100, move |event| {
             if let jde_records::RunRecord::Other(record) = event.record {
                 log.lock()
-                    .unwrap()
                     .push_str(&format!("{:?} {}\n", record.what.by(), record.text()));
             }
         })
         .unwrap();
     until("R14: an event names the operator", || {
-        let received = received.lock().unwrap();
+        let received = received.lock();
         received
             .lines()
             .any(|line| line.contains("ana@laptop") && line.contains("field"))
     });
     let health = running.handle().snapshot().schemas[0].health.clone();
     assert_eq!(health, jde_core::Health::Ok);
-    drop(link.lock().unwrap().take());
+    drop(link.lock().take());
     drop(running);
 }
 
@@ -206,7 +204,7 @@ fn r16_a_schema_does_the_same_while_clients_watch_flood_and_die() {
     }
     finished.store(true, Ordering::Relaxed);
     client_thread.join().unwrap();
-    drop(link.lock().unwrap().take());
+    drop(link.lock().take());
     drop(lockstep);
 
     let (plugins, unwatched) = application();

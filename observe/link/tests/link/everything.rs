@@ -1,11 +1,12 @@
 //! Stopping everything (R14): under a flood of queries, and next to applications that do not reply.
 
 use std::net::TcpListener;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_link::message::{Action, Request};
 use jde_link::{BroadcastOutcome, Error, Reach, broadcast};
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 use zenoh::Wait;
 
 use crate::common::{TestRuntime, TestSubject};
@@ -94,7 +95,7 @@ fn r14_an_endpoint_that_does_not_reply_is_reported_and_delays_no_other() {
     let off = format!("tcp/{}", free_address());
     let open_queries = Arc::new(Mutex::new(Vec::new()));
     let held = Arc::clone(&open_queries);
-    let (holding, holding_session) = replying_peer(move |query| held.lock().unwrap().push(query));
+    let (holding, holding_session) = replying_peer(move |query| held.lock().push(query));
     let (endless, endless_session) = replying_peer(|query| {
         for number in 0..5000 {
             let key = format!("jde/1/ghost/{number}/operate");
@@ -143,7 +144,7 @@ fn r14_of_several_applications_at_an_endpoint_one_that_does_not_reply_is_reporte
         let done = r#"{"ok": true, "roots": ["goon"]}"#;
         query.reply("jde/1/quick/1/operate", done).wait().unwrap();
         // While the query is open, another application may still reply.
-        held.lock().unwrap().push(query);
+        held.lock().push(query);
     });
     let outcomes = stop_all(&network(&[&endpoint]), None).unwrap();
     assert!(

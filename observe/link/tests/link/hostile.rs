@@ -138,7 +138,7 @@ fn r14_everything_can_be_stopped_during_a_flood_of_actions() {
             schema: "goon".to_owned(),
         },
     );
-    let guard = subject.gesture_lock.lock().unwrap();
+    let guard = subject.gesture_lock.lock();
     // More than the allowed rate and the queue permit; the first is not finished before the stop is
     // requested.
     let open = Arc::new(());

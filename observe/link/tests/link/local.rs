@@ -314,7 +314,7 @@ fn a_query_after_a_stop_is_not_answered_with_an_earlier_snapshot() {
             serde_json::from_slice::<serde_json::Value>(&sample.payload().to_bytes()).unwrap()
         }
     };
-    let guard = subject.snapshot_lock.lock().unwrap();
+    let guard = subject.snapshot_lock.lock();
     let before = query("hierarchy");
     until("a snapshot is being taken", || {
         subject.snapshots.load(Ordering::Relaxed) == 1

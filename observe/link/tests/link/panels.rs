@@ -1,15 +1,16 @@
 //! Panels over the link: they are drawn while clients watch, are the same for all clients, and receive the
 //! gestures of clients with permission.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use jde_link::message::{Action, Request, SchemaInfo, Schemas};
 use jde_link::{Access, Link, OnDrawn, PanelSample, PanelViewer, Rate, Remote, Subscription};
 use jde_panel::PanelFrame;
 use jde_panel::{Button, Gesture, Item, List, Touch};
+use parking_lot::Mutex;
 use zenoh::Wait;
 
 use crate::common::{TIMEOUT, TestRuntime, TestSubject, raw_session, socket, until};
@@ -59,7 +60,7 @@ impl TestPanel {
 
     pub(crate) fn view(panel: &Arc<Self>, rate: f64, on_drawn: OnDrawn) -> Box<dyn PanelViewer> {
         let number = panel.next.fetch_add(1, Ordering::Relaxed);
-        panel.viewers.lock().unwrap().push((number, rate, on_drawn));
+        panel.viewers.lock().push((number, rate, on_drawn));
         let panel = Arc::clone(panel);
         Box::new(TestViewer { panel, number })
     }
@@ -67,14 +68,14 @@ impl TestPanel {
     /// Draws a new frame and returns its sequence number.
     pub(crate) fn draw(&self, list: Result<List, &str>) -> u64 {
         let sequence = self.sequence.fetch_add(1, Ordering::Relaxed) + 1;
-        *self.newest.lock().unwrap() = Some(Arc::new(PanelFrame {
+        *self.newest.lock() = Some(Arc::new(PanelFrame {
             sequence,
             time: 3_000_000_000,
             took: Duration::ZERO,
             failed: 0,
             list: list.map_err(str::to_owned),
         }));
-        for (_, _, on_drawn) in &*self.viewers.lock().unwrap() {
+        for (_, _, on_drawn) in &*self.viewers.lock() {
             on_drawn();
         }
         sequence
@@ -82,7 +83,7 @@ impl TestPanel {
 
     /// The rate that each viewer requests.
     fn rates(&self) -> Vec<f64> {
-        let viewers = self.viewers.lock().unwrap();
+        let viewers = self.viewers.lock();
         let mut rates: Vec<_> = viewers.iter().map(|(_, rate, _)| *rate).collect();
         rates.sort_by(f64::total_cmp);
         rates
@@ -91,13 +92,13 @@ impl TestPanel {
 
 impl PanelViewer for TestViewer {
     fn newest(&self) -> Option<Arc<PanelFrame>> {
-        self.panel.newest.lock().unwrap().clone()
+        self.panel.newest.lock().clone()
     }
 }
 
 impl Drop for TestViewer {
     fn drop(&mut self) {
-        let mut viewers = self.panel.viewers.lock().unwrap();
+        let mut viewers = self.panel.viewers.lock();
         viewers.retain(|(number, ..)| *number != self.number);
     }
 }
@@ -295,7 +296,7 @@ fn check_stop_during_flood(flood: &zenoh::Session, link: &Link, subject: &Arc<Te
         lease_ms: None,
     };
     let request = serde_json::to_vec(&request).unwrap();
-    let guard = subject.gesture_lock.lock().unwrap();
+    let guard = subject.gesture_lock.lock();
     // More than the queue permits; the first is not finished before the stop is requested.
     let open = Arc::new(());
     for _ in 0..400 {

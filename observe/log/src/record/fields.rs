@@ -8,7 +8,6 @@ use jde_ros::cdr::{Error, Reader, Writer};
 /// A message that is being read or written.
 pub(super) enum Cdr<'a, 'b> {
     Read(&'a mut Reader<'b>),
-    #[cfg_attr(not(feature = "record"), expect(dead_code, reason = "readers write nothing"))]
     Write(&'a mut Writer<'b>),
 }
 

@@ -8,7 +8,7 @@ use jde_records::wire::{EventMessage, Nonsense, StateMessage};
 use jde_records::{RecordKind, RunRecord};
 use jde_ros::cdr::{Error, Reader};
 
-use crate::{Channel, Message};
+use crate::{Channel, RecordedMessage};
 use fields::{Cdr, Fields, no_name};
 
 /// Returns the kind of the records of a channel, if it contains records.
@@ -21,7 +21,7 @@ pub fn kind(channel: &Channel) -> Option<RecordKind> {
 
 /// Reads a message. `None` if it is no record, or one that cannot be read.
 #[must_use]
-pub fn read(message: &Message) -> Option<RunRecord> {
+pub fn read(message: &RecordedMessage) -> Option<RunRecord> {
     let kind = kind(&message.channel)?;
     match message.channel.encoding.as_str() {
         // Recordings of earlier versions.
@@ -51,8 +51,8 @@ pub fn decode(kind: RecordKind, message: &[u8]) -> Result<RunRecord, Error> {
 }
 
 /// The name of the type of records of a kind, and its definition.
-#[cfg(feature = "record")]
-pub(crate) fn schema(kind: RecordKind) -> (&'static str, &'static str) {
+#[must_use]
+pub fn schema(kind: RecordKind) -> (&'static str, &'static str) {
     match kind {
         RecordKind::Decision => ("jde_msgs/msg/Decision", include_str!("decision.msg")),
         RecordKind::State => ("jde_msgs/msg/State", include_str!("state.msg")),
@@ -61,8 +61,7 @@ pub(crate) fn schema(kind: RecordKind) -> (&'static str, &'static str) {
 }
 
 /// Replaces the contents of `message` by the message of a record.
-#[cfg(feature = "record")]
-pub(crate) fn encode(record: RunRecord, message: &mut Vec<u8>) {
+pub fn encode(record: RunRecord, message: &mut Vec<u8>) {
     let mut writer = jde_ros::cdr::Writer::new(message);
     let cdr = &mut Cdr::Write(&mut writer);
     let written = match record {

@@ -11,7 +11,7 @@ use mcap::records::Record;
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{McapError, Summary};
 
-use super::{Chunk, Damage, Place, scan};
+use super::{Chunk, Damage, MessagePlace, scan};
 
 /// The longest record of an index, bytes.
 const MAX_INDEX_RECORD: usize = 16 << 20;
@@ -71,7 +71,7 @@ fn read_index(file: &mut File, part: usize, budget: &mut Budget) -> io::Result<O
     }
     let chunks = summary.chunk_indexes.iter().map(|index| Chunk {
         part,
-        place: Place::At(index.chunk_start_offset),
+        place: MessagePlace::At(index.chunk_start_offset),
         start: index.message_start_time,
         end: index.message_end_time,
     });

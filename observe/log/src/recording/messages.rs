@@ -13,7 +13,8 @@ use rusqlite::Connection;
 use super::allowance::Allowance;
 use super::source::{Form, ZSTD};
 use super::{
-    Channel, Chunk, Damage, MAX_RECORD, Message, Part, Place, ReadError, Recording, failed, scan, sqlite,
+    Channel, Chunk, Damage, MAX_RECORD, MessagePlace, Part, ReadError, RecordedMessage, Recording, failed,
+    scan, sqlite,
 };
 
 /// The largest number of bytes of messages that wait for earlier ones: several chunks, and little enough for the machine's
@@ -30,7 +31,7 @@ pub struct Messages {
     /// The chunks that are not open yet, in the order of their first log times.
     chunks: VecDeque<Chunk>,
     /// Messages of open chunks, by their log time and their number among all that were read.
-    queue: BTreeMap<(u64, u64), Message>,
+    queue: BTreeMap<(u64, u64), RecordedMessage>,
     /// The bytes of the messages that wait.
     queued_bytes: usize,
     /// What may still be read.
@@ -51,25 +52,25 @@ enum OpenFile {
 struct Collected<'a> {
     channels: &'a BTreeMap<i64, Arc<Channel>>,
     from: u64,
-    messages: Vec<Message>,
+    messages: Vec<RecordedMessage>,
     /// The bytes of memory that more messages may take.
     room: usize,
     /// The bytes and the number of the messages, those that are skipped too.
     bytes: u64,
     count: u64,
     /// What is wrong.
-    wrong: Option<Fault>,
+    wrong: Option<MessageFault>,
 }
 
 /// Why a message is not read.
-enum Fault {
+enum MessageFault {
     /// The file says something wrong here.
     Wrong(String),
     /// There is no memory for so many bytes.
     Memory(usize),
 }
 
-impl From<String> for Fault {
+impl From<String> for MessageFault {
     fn from(reason: String) -> Self {
         Self::Wrong(reason)
     }
@@ -133,7 +134,7 @@ impl Messages {
         // The bytes of a chunk, packed and unpacked: it may have anything but messages, too.
         let mut of_chunk = None;
         let result = match (file, chunk.place) {
-            (OpenFile::Mcap(file), Place::At(offset)) => {
+            (OpenFile::Mcap(file), MessagePlace::At(offset)) => {
                 let read = scan::record(file, offset).map_err(failed(&part.path))?;
                 match read {
                     Some((op::CHUNK, body)) => {
@@ -149,23 +150,22 @@ impl Messages {
                 }
                 .map_err(|error| scan::error_text(&error).into())
             }
-            (OpenFile::Mcap(file), Place::Run(run)) => {
+            (OpenFile::Mcap(file), MessagePlace::Run(run)) => {
                 let read = scan::for_each_message(file, run, |record| collected.add_record(record));
                 read.map_err(|error| scan::error_text(&error).into())
             }
-            (OpenFile::Sqlite(connection), Place::Rows(rows)) => {
+            (OpenFile::Sqlite(connection), MessagePlace::Rows(rows)) => {
                 sqlite::for_each_message(connection, rows, |topic, row, time, data| {
                     // The numbers of rows restart at 0 after the largest that a message can have.
                     collected.add(topic, row as u32, [time, time], data)
                 })
             }
-            (OpenFile::Mcap(_), Place::Rows(_)) | (OpenFile::Sqlite(_), Place::At(_) | Place::Run(_)) => {
-                Ok(())
-            }
+            (OpenFile::Mcap(_), MessagePlace::Rows(_))
+            | (OpenFile::Sqlite(_), MessagePlace::At(_) | MessagePlace::Run(_)) => Ok(()),
         };
         match collected.wrong.take().or(result.err()) {
-            Some(Fault::Wrong(reason)) => return Err(damaged(reason)),
-            Some(Fault::Memory(bytes)) => {
+            Some(MessageFault::Wrong(reason)) => return Err(damaged(reason)),
+            Some(MessageFault::Memory(bytes)) => {
                 let text = format!("there is no memory for a message of {bytes} bytes");
                 let error = io::Error::new(io::ErrorKind::OutOfMemory, text);
                 return Err(failed(&part.path)(error));
@@ -209,7 +209,7 @@ impl Collected<'_> {
         sequence: u32,
         [log_time, publish_time]: [u64; 2],
         data: &[u8],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), MessageFault> {
         self.bytes += data.len() as u64;
         self.count += 1;
         if log_time < self.from {
@@ -224,7 +224,7 @@ impl Collected<'_> {
             true => unpack(data, self.room)?,
             false => copy(data, self.room)?,
         };
-        let message = Message {
+        let message = RecordedMessage {
             channel: Arc::clone(channel),
             log_time,
             publish_time,
@@ -237,14 +237,14 @@ impl Collected<'_> {
     }
 }
 
-fn copy(data: &[u8], room: usize) -> Result<Vec<u8>, Fault> {
+fn copy(data: &[u8], room: usize) -> Result<Vec<u8>, MessageFault> {
     let mut copied = Vec::new();
     if data.len() > room {
         return Err(too_many().into());
     }
     copied
         .try_reserve_exact(data.len())
-        .map_err(|_| Fault::Memory(data.len()))?;
+        .map_err(|_| MessageFault::Memory(data.len()))?;
     copied.extend_from_slice(data);
     Ok(copied)
 }
@@ -287,7 +287,7 @@ fn open(index: usize, part: &Part) -> Result<(usize, OpenFile), ReadError> {
 }
 
 impl Iterator for Messages {
-    type Item = Result<Message, ReadError>;
+    type Item = Result<RecordedMessage, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if let Err(error) = self.open() {
@@ -305,6 +305,6 @@ impl Iterator for Messages {
 }
 
 /// Returns the bytes of memory that a message takes.
-fn size(message: &Message) -> usize {
-    size_of::<((u64, u64), Message)>() + message.data.len()
+fn size(message: &RecordedMessage) -> usize {
+    size_of::<((u64, u64), RecordedMessage)>() + message.data.len()
 }

@@ -57,7 +57,7 @@ pub struct Recording {
 
 /// One message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Message {
+pub struct RecordedMessage {
     /// Its channel.
     pub channel: Arc<Channel>,
     /// The time of publication, in ns since 1970: the application's start plus its clock.
@@ -146,14 +146,14 @@ struct Part {
 #[derive(Clone, Copy, Debug)]
 struct Chunk {
     part: usize,
-    place: Place,
+    place: MessagePlace,
     start: u64,
     end: u64,
 }
 
 /// Where messages are in their file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Place {
+enum MessagePlace {
     /// In the chunk at this offset.
     At(u64),
     /// Outside of chunks, from one offset to another.
@@ -162,7 +162,7 @@ enum Place {
     Rows([i64; 2]),
 }
 
-impl Place {
+impl MessagePlace {
     /// Returns the offset, in bytes, in a file whose bytes have an order.
     const fn offset(self) -> Option<u64> {
         match self {

@@ -13,7 +13,7 @@ use mcap::{McapError, McapResult};
 
 use super::allowance::Allowance;
 use super::mcap_file::FileContents;
-use super::{Chunk, Damage, MAX_RECORD, Place};
+use super::{Chunk, Damage, MAX_RECORD, MessagePlace};
 
 /// The size of a record's header in bytes: the opcode and the length of the body.
 pub(crate) const HEAD: u64 = 9;
@@ -173,7 +173,7 @@ fn one(
                 taken.map_err(Stop::Wrong)?;
                 budget.hold(size_of::<Chunk>())?;
                 contents.chunks.push(chunk(
-                    Place::At(offset),
+                    MessagePlace::At(offset),
                     header.message_start_time,
                     header.message_end_time,
                 ));
@@ -189,7 +189,7 @@ fn one(
             let time = u64::from_le_bytes(*header[6..].first_chunk().unwrap_or(&[0; 8]));
             match contents.chunks.last_mut() {
                 Some(Chunk {
-                    place: Place::Run([first, last]),
+                    place: MessagePlace::Run([first, last]),
                     start,
                     end,
                     ..
@@ -201,7 +201,7 @@ fn one(
                     budget.hold(size_of::<Chunk>())?;
                     contents
                         .chunks
-                        .push(chunk(Place::Run([offset, records.at]), time, time));
+                        .push(chunk(MessagePlace::Run([offset, records.at]), time, time));
                 }
             }
         }

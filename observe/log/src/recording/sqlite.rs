@@ -11,7 +11,7 @@ use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, ErrorCode, OpenFlags, Row};
 
-use super::{Channel, Chunk, MAX_RECORD, Place};
+use super::{Channel, Chunk, MAX_RECORD, MessagePlace};
 
 /// The number of bytes of messages that are read at once, unless one message has more.
 const SLICE_BYTES: u64 = 1 << 20;
@@ -215,7 +215,7 @@ fn slices(
         filled = filled.saturating_add(length + ROW_BYTES);
         match chunks.last_mut() {
             Some(Chunk {
-                place: Place::Rows([_, last]),
+                place: MessagePlace::Rows([_, last]),
                 start,
                 end,
                 ..
@@ -227,7 +227,7 @@ fn slices(
                 filled = length + ROW_BYTES;
                 chunks.push(Chunk {
                     part,
-                    place: Place::Rows([row_number; 2]),
+                    place: MessagePlace::Rows([row_number; 2]),
                     start: time,
                     end: time,
                 });

@@ -1,14 +1,6 @@
-//! Recordings: split, triggered by conditions, damaged, written by other programs, and replayed.
+//! Recordings that other programs have written, and files that harm their reader.
 
 mod bags;
 mod checks;
-mod damaged;
 mod foreign;
-mod hindered;
 mod hostile;
-mod killed;
-mod replay;
-mod split;
-mod support;
-mod survey;
-mod triggered;

@@ -9,44 +9,16 @@ use super::columns::Columns;
 pub(crate) struct Band {
     /// For each column, the shares of time as WINNER, READY and CHECKING.
     shares: Vec<[f32; 3]>,
-    /// The present state and its beginning.
-    now: Option<(State, Nanos)>,
     /// Total times as WINNER, READY and CHECKING, ns.
     sums: [Nanos; 3],
-    /// How often the schema became WINNER.
-    pub(crate) wins: u64,
 }
 
 impl Band {
     pub(crate) fn new(columns: Columns) -> Self {
         Self {
             shares: vec![[0.0; 3]; columns.count],
-            now: None,
             sums: [0; 3],
-            wins: 0,
         }
-    }
-
-    /// Records a change of state. `from` is the state before if none was recorded.
-    pub(crate) fn change(&mut self, columns: Columns, time: Nanos, from: State, to: State) {
-        let (before, since) = self.now.unwrap_or((from, columns.from));
-        self.fill(columns, before, since, time);
-        self.now = Some((to, time));
-        if to == State::Winner && before != State::Winner && columns.has(time) {
-            self.wins += 1;
-        }
-    }
-
-    /// Extends the last state to the end.
-    pub(crate) fn finish(&mut self, columns: Columns) {
-        if let Some((state, since)) = self.now {
-            self.fill(columns, state, since, columns.to);
-        }
-    }
-
-    /// The present state, if known.
-    pub(crate) fn state(&self) -> Option<State> {
-        self.now.map(|(state, _)| state)
     }
 
     /// For each column, the share of time in at least this state.
@@ -67,7 +39,8 @@ impl Band {
         self.sums.iter().any(|sum| *sum > 0)
     }
 
-    fn fill(&mut self, columns: Columns, state: State, from: Nanos, to: Nanos) {
+    /// Adds an interval of a state.
+    pub(crate) fn fill(&mut self, columns: Columns, state: State, from: Nanos, to: Nanos) {
         let Some(kind) = kind(state) else { return };
         let clamp = |time: Nanos| time.clamp(columns.from, columns.to);
         self.sums[kind] += clamp(to).saturating_sub(clamp(from));
@@ -95,28 +68,27 @@ mod tests {
     fn states_are_summed_by_column_and_in_total() {
         let columns = Columns::new(0, 10_000, 5);
         let mut band = Band::new(columns);
-        band.change(columns, 1000, State::Checking, State::Ready);
-        band.change(columns, 3000, State::Ready, State::Winner);
-        band.change(columns, 7000, State::Winner, State::Slept);
-        band.finish(columns);
+        band.fill(columns, State::Checking, 0, 1000);
+        band.fill(columns, State::Ready, 1000, 3000);
+        band.fill(columns, State::Winner, 3000, 7000);
+        band.fill(columns, State::Slept, 7000, 10_000);
         let shares = |least| band.shares(least).collect::<Vec<_>>();
         assert_eq!(shares(State::Winner), [0.0, 0.5, 1.0, 0.5, 0.0]);
         assert_eq!(shares(State::Ready), [0.5, 1.0, 1.0, 0.5, 0.0]);
         assert_eq!(shares(State::Checking), [1.0, 1.0, 1.0, 0.5, 0.0]);
         assert_eq!(
-            (band.time(State::Winner), band.time(State::Checking), band.wins),
-            (4000, 1000, 1)
+            (band.time(State::Winner), band.time(State::Checking)),
+            (4000, 1000)
         );
         assert!(band.was_awake());
     }
 
     #[test]
-    fn a_state_from_before_the_time_range_counts_but_its_win_does_not() {
+    fn a_state_from_before_the_time_range_counts_within_it() {
         let columns = Columns::new(5000, 10_000, 5);
         let mut band = Band::new(columns);
-        band.change(columns, 1000, State::Slept, State::Winner);
-        band.finish(columns);
-        assert_eq!((band.time(State::Winner), band.wins), (5000, 0));
+        band.fill(columns, State::Winner, 1000, 20_000);
+        assert_eq!(band.time(State::Winner), 5000);
         assert!(band.shares(State::Winner).all(|share| share == 1.0));
     }
 }

@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 
+use jde_core::Health;
 use jde_records::event::{Occurrence, What};
+use jde_timeline::MarkKind;
 
 use super::bounded::{Ends, count};
 
@@ -33,9 +35,18 @@ impl Events {
     }
 
     pub(crate) fn add(&mut self, event: Occurrence<String>) {
-        count(&mut self.kinds, &event.what.kind().to_owned(), MOST_KINDS);
-        let acts = matches!(&event.what, What::WentOn { .. })
-            || matches!(&event.what, What::Operator { action, .. } if !action.goes_on());
+        // A missed deadline is an overrun and a change of health, and one of the two is counted.
+        let is_counted = !matches!(
+            &event.what,
+            What::HealthChanged {
+                health: Health::Overrun,
+                ..
+            }
+        );
+        if is_counted {
+            count(&mut self.kinds, &event.what.kind().to_owned(), MOST_KINDS);
+        }
+        let acts = event.what.by().is_some() && MarkKind::of(&event.what) != MarkKind::Other;
         self.operations += u64::from(acts);
         self.list.add(event);
     }

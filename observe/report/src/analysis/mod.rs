@@ -6,22 +6,20 @@ mod band;
 mod bounded;
 mod chatter;
 mod columns;
-mod decimated;
 mod drive;
 mod durations;
 mod events;
 mod group_statistics;
-mod hierarchy;
 mod reader;
-mod robot;
 mod timing;
 mod trace;
 
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::Nanos;
-use jde_log::{LeftOut, ReadError, Recording, SchemaProblems, Survey};
+use jde_log::{LeftOut, ReadError, Recording, Survey, record};
 use jde_records::Decision;
+use jde_timeline::{Hierarchy, HierarchyRow, Item, Timeline};
 use jde_types::Mission;
 
 pub(crate) use band::Band;
@@ -30,13 +28,12 @@ pub(crate) use columns::Columns;
 pub(crate) use drive::DriveSummary;
 pub(crate) use events::Events;
 pub(crate) use group_statistics::GroupStatistics;
-pub(crate) use hierarchy::{Hierarchy, Row};
 pub(crate) use timing::SchemaTiming;
-pub(crate) use trace::{Cell, Trace};
+pub(crate) use trace::{ColumnRange, Trace};
 pub use trace::{Number, Series};
 
 use bounded::Ends;
-use reader::Reader;
+use reader::AnalysisReader;
 
 /// Messages between two reports of progress.
 const PROGRESS_INTERVAL: u64 = 2000;
@@ -64,8 +61,8 @@ pub struct Analysis {
     pub(crate) columns: Columns,
     /// The same time in the columns of small charts.
     pub(crate) coarse: Columns,
-    /// The schemas and groups.
-    pub(crate) hierarchy: Hierarchy,
+    /// What happened; only its present is kept.
+    pub(crate) timeline: Timeline,
     /// States by schema.
     pub(crate) bands: Vec<Band>,
     /// Timing by schema.
@@ -78,8 +75,6 @@ pub struct Analysis {
     pub(crate) switches: Ends<Decision>,
     /// Other events.
     pub(crate) events: Events,
-    /// Schemas with faults or overruns.
-    pub(crate) troubled: Vec<SchemaProblems>,
     /// The robots' paths.
     pub(crate) ending: DriveSummary,
     /// The traced numbers.
@@ -102,15 +97,16 @@ impl Analysis {
         wanted: Wanted,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, ReadError> {
-        let mut reader = Reader::new(recording, wanted)?;
+        let mut reader = AnalysisReader::new(recording, wanted)?;
         for (number, message) in (0_u64..).zip(recording.messages()?) {
             match message {
                 Ok(message) => {
-                    reader.analysis.survey.add(&message);
+                    let record = record::read(&message);
+                    reader.analysis.survey.add(&message, record.as_ref());
                     if number % PROGRESS_INTERVAL == 0 {
                         progress(reader.share(message.log_time));
                     }
-                    reader.message(&message);
+                    reader.message(&message, record);
                 }
                 Err(error) => reader.analysis.survey.end_with(error)?,
             }
@@ -124,6 +120,21 @@ impl Analysis {
         !self.ending.drive.has_path()
             && !self.bands.iter().any(Band::was_awake)
             && self.traces.iter().all(|(_, trace)| trace.range().is_none())
+    }
+
+    /// The schemas and groups.
+    pub(crate) fn hierarchy(&self) -> &Hierarchy {
+        self.timeline.hierarchy()
+    }
+
+    /// The rows of all groups and schemas. Those of schemas that do not compete have no title.
+    pub(crate) fn rows(&self) -> Vec<HierarchyRow> {
+        let mut rows = self.hierarchy().rows();
+        if let Some(title) = rows.iter().position(|row| row.item == Item::Others) {
+            rows.remove(title);
+            rows[title..].iter_mut().for_each(|row| row.depth -= 1);
+        }
+        rows
     }
 
     /// The wall-clock time of the beginning: "2026-11-21 18:03:13 UTC"; none without messages.

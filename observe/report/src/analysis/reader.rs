@@ -3,19 +3,17 @@
 use std::collections::{BTreeMap, HashMap};
 
 use jde_core::{Nanos, State};
-use jde_log::{
-    Message, ReadError, RecordedHierarchy, RecordedVariables, Recording, SchemaProblems, Survey, record,
-};
+use jde_log::{ReadError, RecordedHierarchy, RecordedMessage, RecordedVariables, Recording, Survey, record};
+use jde_records::RunRecord;
 use jde_records::turn::Turn;
-use jde_records::{Decision, RunRecord};
 use jde_ros::cdr;
+use jde_timeline::{Hierarchy, Keep, Span, Timeline};
 use jde_types::Value as _;
 
 use super::bounded::Ends;
 use super::drive::{self, DriveCollector, Reading};
 use super::{
-    Analysis, Band, Columns, DriveSummary, Events, GroupStatistics, Hierarchy, SchemaTiming, Series, Trace,
-    Wanted,
+    Analysis, Band, Columns, DriveSummary, Events, GroupStatistics, SchemaTiming, Series, Trace, Wanted,
 };
 
 /// The topic of the schemas' turns.
@@ -27,17 +25,13 @@ const LAST_SWITCHES: usize = 1000;
 const COARSE: usize = 300;
 
 /// The analysis so far, and what is known of the present.
-pub(super) struct Reader {
+pub(super) struct AnalysisReader {
     pub(super) analysis: Analysis,
     drive: DriveCollector,
     /// The application's clock zero, ns since 1970.
     start: u64,
     first: u64,
     last: u64,
-    /// The present winner of each group.
-    winners: Vec<Option<usize>>,
-    /// The schemas that act at present.
-    acting: Vec<usize>,
     /// The indices of traced numbers by topic.
     series: HashMap<String, Vec<usize>>,
     /// The schemas by the topic of their configured period.
@@ -48,7 +42,7 @@ pub(super) struct Reader {
     variables: RecordedVariables,
 }
 
-impl Reader {
+impl AnalysisReader {
     pub(super) fn new(recording: &Recording, wanted: Wanted) -> Result<Self, ReadError> {
         let survey = Survey::begin(recording)?;
         let (first, last) = recording.times().unwrap_or_default();
@@ -63,7 +57,13 @@ impl Reader {
             let stem = recording.path().file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         });
-        let hierarchy = RecordedHierarchy::of_recording(recording);
+        let recorded = RecordedHierarchy::of_recording(recording);
+        let lockstep = recorded.as_ref().map(|recorded| recorded.lockstep);
+        let hierarchy = recorded.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
+        let keep = Keep {
+            ended: true,
+            ..Keep::PRESENT
+        };
         let variables = RecordedVariables::of(recording);
         let mut series: HashMap<String, Vec<usize>> = HashMap::new();
         for (number, wanted) in wanted.series.iter().enumerate() {
@@ -91,31 +91,28 @@ impl Reader {
         let traces = wanted.series.into_iter();
         let traces = traces.map(|series| (series, Trace::new(columns))).collect();
         let mut reader = Self {
-            drive: DriveCollector::new(recording),
+            drive: DriveCollector::new(recording, columns.from),
             analysis: Analysis {
                 survey,
                 title,
                 columns,
                 coarse,
-                hierarchy: Hierarchy::new(hierarchy.as_ref()),
+                timeline: Timeline::new(hierarchy, keep).beginning(from),
                 bands: Vec::new(),
                 timings: Vec::new(),
                 periods: Vec::new(),
                 groups: Vec::new(),
                 switches: Ends::new(FIRST_SWITCHES, LAST_SWITCHES),
                 events: Events::new(),
-                troubled: Vec::new(),
                 ending: DriveSummary::default(),
                 traces,
                 left_out: variables.left_out().clone(),
                 has_turns: false,
-                lockstep: hierarchy.map(|hierarchy| hierarchy.lockstep),
+                lockstep,
             },
             start,
             first,
             last,
-            winners: Vec::new(),
-            acting: Vec::new(),
             series,
             periods,
             exports,
@@ -131,7 +128,7 @@ impl Reader {
         (log_time.saturating_sub(self.first) as f64 / total as f64).min(1.0)
     }
 
-    pub(super) fn message(&mut self, message: &Message) {
+    pub(super) fn message(&mut self, message: &RecordedMessage, record: Option<RunRecord>) {
         let time = message.log_time.saturating_sub(self.start);
         if time > self.analysis.columns.to {
             return;
@@ -139,11 +136,12 @@ impl Reader {
         // Values in force at the beginning were written before it.
         let in_range = self.analysis.columns.has(time) && message.publish_time >= self.first;
         let topic = &message.channel.topic;
+        if let Some(record) = record {
+            self.record(time, record, in_range);
+            return;
+        }
+        // A record of a newer version that cannot be read is skipped.
         if record::kind(&message.channel).is_some() {
-            // A line of a newer version that cannot be read is skipped.
-            if let Some(line) = record::read(message) {
-                self.line(time, line, in_range);
-            }
             return;
         }
         if topic == TURNS {
@@ -167,18 +165,13 @@ impl Reader {
         if let Some((_, work)) = self.exports.get_mut(topic).filter(|_| in_range) {
             work.add_start(self.analysis.coarse, time);
         }
-        let (hierarchy, acting, is_alone) = (&self.analysis.hierarchy, &self.acting, self.drive.is_alone());
-        let acting_for = |robot: &str| {
-            let mut acting = acting.iter().copied();
-            acting.find(|schema| is_alone || hierarchy.acts_for(*schema, robot))
-        };
         let drawn = {
             let mut reading = Reading {
                 message,
                 variable: &variable,
                 left_out: &mut self.analysis.left_out,
             };
-            self.drive.message(columns, time, &mut reading, acting_for)
+            self.drive.message(time, &mut reading, &self.analysis.timeline)
         };
         if let Err(error) = read.and(drawn) {
             let what = format_args!("a message of {topic}");
@@ -186,98 +179,48 @@ impl Reader {
         }
     }
 
-    fn line(&mut self, time: Nanos, line: RunRecord, in_range: bool) {
+    fn record(&mut self, time: Nanos, record: RunRecord, in_range: bool) {
         let columns = self.analysis.columns;
-        let retracted = line.retracted_variable().map(str::to_owned);
-        match line {
-            RunRecord::State(change) => {
-                let Some(schema) = self.analysis.hierarchy.schema(&change.schema) else {
+        self.analysis.timeline.add(&record);
+        self.grow();
+        let analysis = &mut self.analysis;
+        for Span {
+            schema,
+            state,
+            from,
+            to,
+        } in analysis.timeline.take_ended()
+        {
+            analysis.bands[schema].fill(columns, state, from, to);
+        }
+        if let Some(variable) = record.retracted_variable() {
+            let is_retracted = |(series, _): &&mut (Series, Trace)| series.variable == variable;
+            for (_, trace) in analysis.traces.iter_mut().filter(is_retracted) {
+                trace.add(columns, time, None);
+            }
+        }
+        match record {
+            RunRecord::Decision(decision) if in_range => {
+                let hierarchy = analysis.timeline.hierarchy();
+                let Some(group) = hierarchy.find_group(&decision.group) else {
                     return;
                 };
-                self.grow();
-                self.analysis.bands[schema].change(columns, time, change.from, change.to);
-                self.update_acting(schema, change.to);
-            }
-            RunRecord::Decision(decision) => {
-                let Some(group) = self.analysis.hierarchy.add_decision(&decision) else {
-                    return;
-                };
-                self.grow();
-                self.take_states_of(&decision);
-                if in_range {
-                    self.analysis.groups[group].add_decision(columns, time, &decision);
-                    if decision.changed {
-                        let to = decision.choice.as_deref();
-                        let to = to.and_then(|name| self.analysis.hierarchy.find(name));
-                        if let Some(to) = to.filter(|to| self.analysis.hierarchy.is_actor(*to)) {
-                            let (hierarchy, is_alone) = (&self.analysis.hierarchy, self.drive.is_alone());
-                            self.drive
-                                .add_takeover(to, |robot| is_alone || hierarchy.acts_for(to, robot));
-                        }
-                        self.analysis.switches.add(decision);
+                analysis.groups[group].add_decision(columns, time, &decision);
+                if decision.changed {
+                    if let Some(to) = decision.choice.as_deref().and_then(|name| hierarchy.find(name)) {
+                        self.drive.timeline.add_takeover(to, hierarchy);
                     }
+                    analysis.switches.add(decision);
                 }
             }
-            RunRecord::Other(event) => {
-                if let Some(variable) = retracted {
-                    let is_retracted = |(series, _): &&mut (Series, Trace)| series.variable == variable;
-                    for (_, trace) in self.analysis.traces.iter_mut().filter(is_retracted) {
-                        trace.add(columns, time, None);
-                    }
-                }
-                if in_range {
-                    SchemaProblems::count(&mut self.analysis.troubled, &event);
-                    self.analysis.events.add(event);
-                }
+            RunRecord::Other(event) if in_range => {
+                analysis.events.add(event);
             }
+            RunRecord::State(_) | RunRecord::Decision(_) | RunRecord::Other(_) => {}
         }
     }
 
-    /// Takes the state of a schema from a selection if it is not known otherwise.
-    fn take_states_of(&mut self, decision: &Decision) {
-        let columns = self.analysis.columns;
-        for candidate in &decision.candidates {
-            if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)
-                && self.analysis.bands[schema].state().is_none()
-            {
-                let state = candidate.state;
-                self.analysis.bands[schema].change(columns, columns.from, state, state);
-                self.update_acting(schema, state);
-            }
-        }
-    }
-
-    /// Updates the acting schemas after a change of state.
-    fn update_acting(&mut self, schema: usize, state: State) {
-        let hierarchy = &self.analysis.hierarchy;
-        let Some(group) = hierarchy.schemas[schema].group else {
-            return;
-        };
-        let winner = &mut self.winners[group];
-        match state {
-            State::Winner => *winner = Some(schema),
-            State::Slept | State::Checking | State::Ready if *winner == Some(schema) => *winner = None,
-            State::Slept | State::Checking | State::Ready => return,
-        }
-        let roots = (0..hierarchy.groups.len()).filter(|group| hierarchy.father(*group).is_none());
-        let mut winning: Vec<usize> = roots.filter_map(|group| self.winners[group]).collect();
-        let mut acting = Vec::new();
-        // Bounded by the number of schemas, since the file may describe a cycle.
-        for _ in 0..=hierarchy.schemas.len() {
-            let (actors, fathers): (Vec<_>, Vec<_>) = winning
-                .into_iter()
-                .partition(|schema| hierarchy.is_actor(*schema));
-            acting.extend(actors);
-            let groups = fathers.into_iter().flat_map(|father| hierarchy.groups_of(father));
-            winning = groups.filter_map(|group| self.winners[group]).collect();
-            if winning.is_empty() || acting.len() > hierarchy.schemas.len() {
-                break;
-            }
-        }
-        self.acting = acting;
-    }
-
-    fn turn(&mut self, message: &Message) {
+    fn turn(&mut self, message: &RecordedMessage) {
         let turn = cdr::decode(&Turn::describe(), &message.data);
         let Some(turn) = turn.ok().and_then(|bytes| Turn::from_bytes(&bytes)) else {
             return;
@@ -291,9 +234,10 @@ impl Reader {
         }
     }
 
-    fn period(&mut self, owner: &str, message: &Message) {
+    fn period(&mut self, owner: &str, message: &RecordedMessage) {
         let seconds = drive::number(message);
-        if let (Some(schema), Some(seconds)) = (self.analysis.hierarchy.schema(owner), seconds) {
+        let schema = self.analysis.timeline.describe(|hierarchy| hierarchy.add(owner));
+        if let (Some(schema), Some(seconds)) = (schema, seconds) {
             self.grow();
             self.analysis.periods[schema] = Some(seconds);
         }
@@ -302,7 +246,8 @@ impl Reader {
     /// Extends the lists to all known schemas and groups.
     fn grow(&mut self) {
         let analysis = &mut self.analysis;
-        let (schemas, groups) = (analysis.hierarchy.schemas.len(), analysis.hierarchy.groups.len());
+        let hierarchy = analysis.timeline.hierarchy();
+        let (schemas, groups) = (hierarchy.schemas().len(), hierarchy.groups().len());
         analysis
             .bands
             .resize_with(schemas, || Band::new(analysis.columns));
@@ -310,21 +255,22 @@ impl Reader {
             .timings
             .resize_with(schemas, || SchemaTiming::new(analysis.coarse));
         for schema in analysis.periods.len()..schemas {
-            let period = analysis.hierarchy.schemas[schema].period;
+            let period = hierarchy.schemas()[schema].period;
             analysis.periods.push(period.map(|period| period as f64 / 1e9));
         }
         analysis
             .groups
             .resize_with(groups, || GroupStatistics::new(analysis.columns));
-        self.winners.resize(groups, None);
     }
 
     pub(super) fn finish(mut self) -> Analysis {
         let analysis = &mut self.analysis;
         let columns = analysis.columns;
         analysis.survey.finish();
-        for band in &mut analysis.bands {
-            band.finish(columns);
+        for (band, known) in analysis.bands.iter_mut().zip(analysis.timeline.schemas()) {
+            if let Some(last) = known.states.last() {
+                band.fill(columns, last.value, last.from, columns.to);
+            }
         }
         for (_, trace) in &mut analysis.traces {
             trace.finish(columns);
@@ -337,7 +283,8 @@ impl Reader {
                 most_frequent.insert(owner, work);
             }
         }
-        for (schema, work) in analysis.hierarchy.schemas.iter().zip(&mut analysis.timings) {
+        let hierarchy = analysis.timeline.hierarchy();
+        for (schema, work) in hierarchy.schemas().iter().zip(&mut analysis.timings) {
             if work.cycles == 0
                 && let Some(published) = most_frequent.remove(&schema.name)
             {
@@ -345,20 +292,10 @@ impl Reader {
             }
             work.over_time.finish(analysis.coarse);
         }
-        let names = analysis.hierarchy.schemas.iter();
-        let names = names.map(|schema| schema.name.clone()).collect();
         let won = |schema: &usize| analysis.bands[*schema].time(State::Winner) > 0;
         let schemas = (0..analysis.bands.len()).filter(won);
-        let winners = schemas
-            .filter(|schema| analysis.hierarchy.is_actor(*schema))
-            .collect();
-        let led_robot = self
-            .drive
-            .mission_owner()
-            .and_then(|owner| analysis.hierarchy.robot_of(owner));
-        analysis.ending = self
-            .drive
-            .finish(analysis.title.clone(), names, winners, led_robot.as_deref());
+        let winners = schemas.filter(|schema| hierarchy.is_actor(*schema)).collect();
+        analysis.ending = self.drive.finish(analysis.title.clone(), hierarchy, winners);
         self.analysis
     }
 }

@@ -83,6 +83,7 @@ impl SchemaTiming {
 
 #[cfg(test)]
 mod tests {
+    use jde_core::SchemaId;
     use jde_records::turn::{Call, Exchange};
 
     use super::*;
@@ -96,7 +97,7 @@ mod tests {
     }
 
     fn turn(ms: u64, permission: Permission, acts: bool) -> Turn {
-        let mut turn = Turn::new(TurnKind::Cycled(Some(permission)), 0);
+        let mut turn = Turn::new(TurnKind::Cycled(Some(permission)), SchemaId(0));
         turn.looked = call(ms);
         if acts {
             turn.acted = call(ms + 1);

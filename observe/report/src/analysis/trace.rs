@@ -26,7 +26,7 @@ pub type Number = Box<dyn Fn(&[u8]) -> Result<Option<f64>, DecodeError> + Send>;
 /// A number over time.
 #[derive(Clone, Debug)]
 pub(crate) struct Trace {
-    cells: Vec<Option<Cell>>,
+    cells: Vec<Option<ColumnRange>>,
     now: Option<(f64, Nanos)>,
     /// The number of values.
     pub(crate) count: u64,
@@ -34,7 +34,7 @@ pub(crate) struct Trace {
 
 /// The values of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cell {
+pub(crate) struct ColumnRange {
     pub(crate) first: f64,
     pub(crate) least: f64,
     pub(crate) greatest: f64,
@@ -69,7 +69,7 @@ impl Trace {
     }
 
     /// The columns.
-    pub(crate) fn cells(&self) -> &[Option<Cell>] {
+    pub(crate) fn cells(&self) -> &[Option<ColumnRange>] {
         &self.cells
     }
 
@@ -93,7 +93,7 @@ impl Trace {
     }
 
     fn add_to_cell(&mut self, column: usize, value: f64) {
-        let cell = self.cells[column].get_or_insert(Cell {
+        let cell = self.cells[column].get_or_insert(ColumnRange {
             first: value,
             least: value,
             greatest: value,
@@ -109,8 +109,8 @@ impl Trace {
 mod tests {
     use super::*;
 
-    fn cell(first: f64, least: f64, greatest: f64, last: f64) -> Option<Cell> {
-        Some(Cell {
+    fn cell(first: f64, least: f64, greatest: f64, last: f64) -> Option<ColumnRange> {
+        Some(ColumnRange {
             first,
             least,
             greatest,

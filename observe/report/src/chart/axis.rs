@@ -1,9 +1,10 @@
 //! Axes: their numbers, and the format of times and numbers.
 
+use jde_drawing::round_up;
+use jde_drawing::{Align, ColorRole, Drawing, Line};
+
 use super::{Area, SMALL};
 use crate::analysis::Columns;
-use crate::drawing::{Align, ColorRole, Drawing, Line};
-use crate::round::round_up;
 
 /// Least distance between two grid lines, units.
 const MIN_DISTANCE: f32 = 90.0;

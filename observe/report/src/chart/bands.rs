@@ -5,12 +5,13 @@
 //! A state that lasted for part of a column is drawn fainter, but never invisible.
 
 use jde_core::State;
+use jde_drawing::map::Palette;
+use jde_drawing::text::{counted, percent};
+use jde_drawing::{Align, ColorRole, Drawing, Fill, Shape};
+use jde_timeline::{HierarchyRow, Item};
 
 use super::{Area, SMALL, TEXT};
-use crate::analysis::{Analysis, Row};
-use crate::drawing::{Align, ColorRole, Drawing, Fill, Shape};
-use crate::map::Palette;
-use crate::text::{counted, percent};
+use crate::analysis::Analysis;
 
 /// Width of the names on the left, and of the numbers on the right, units.
 pub(crate) const NAMES: f32 = 200.0;
@@ -33,7 +34,7 @@ const FAINTEST: f32 = 0.375;
 /// The rows that fit the available height.
 pub(crate) struct Bands<'t> {
     analysis: &'t Analysis,
-    rows: Vec<Row>,
+    rows: Vec<HierarchyRow>,
     /// Rows without room.
     pub(crate) left_out: usize,
     row: f32,
@@ -42,14 +43,14 @@ pub(crate) struct Bands<'t> {
 impl<'t> Bands<'t> {
     /// The rows of an analysis within this height; none if there are no schemas.
     pub(crate) fn new(analysis: &'t Analysis, max_height: f32) -> Self {
-        let mut rows = analysis.hierarchy.rows();
+        let mut rows = analysis.rows();
         let capacity = (max_height / LOWEST) as usize;
         let all = rows.len();
         if all > capacity {
             // Schemas that never were awake are dropped first.
-            rows.retain(|row| match row {
-                Row::Schema(schema, _) => analysis.bands[*schema].was_awake(),
-                Row::Group(..) => true,
+            rows.retain(|row| {
+                row.schema()
+                    .is_none_or(|schema| analysis.bands[schema].was_awake())
             });
             rows.truncate(capacity);
         }
@@ -75,23 +76,25 @@ impl<'t> Bands<'t> {
                 ..area
             };
             drawing.note(Some(self.tooltip(*row)));
-            match *row {
-                Row::Group(group, depth) => self.group(drawing, row_area, group, depth, palette),
-                Row::Schema(schema, depth) => self.schema(drawing, row_area, schema, depth, palette),
+            match row.item {
+                Item::Group(group) => self.group(drawing, row_area, group, row.depth, palette),
+                Item::Schema(schema, _) => self.schema(drawing, row_area, schema, row.depth, palette),
+                Item::Others => {}
             }
         }
         drawing.note(None);
     }
 
     /// The tooltip of a row.
-    fn tooltip(&self, row: Row) -> String {
+    fn tooltip(&self, row: HierarchyRow) -> String {
         let analysis = self.analysis;
-        match row {
-            Row::Group(group, _) => {
-                let (about, statistics) = (&analysis.hierarchy.groups[group], &analysis.groups[group]);
+        match row.item {
+            Item::Others => String::new(),
+            Item::Group(group) => {
+                let (about, statistics) = (&analysis.hierarchy().groups()[group], &analysis.groups[group]);
                 format!("{}: {}", about.name, counted(statistics.switches, "switch"))
             }
-            Row::Schema(schema, _) => {
+            Item::Schema(schema, _) => {
                 let band = &analysis.bands[schema];
                 let times = [
                     ("WINNER", State::Winner),
@@ -104,7 +107,7 @@ impl<'t> Bands<'t> {
                 });
                 format!(
                     "{}: {}",
-                    analysis.hierarchy.schemas[schema].name,
+                    analysis.hierarchy().schemas()[schema].name,
                     times.join(", ")
                 )
             }
@@ -113,10 +116,10 @@ impl<'t> Bands<'t> {
 
     fn schema(&self, drawing: &mut Drawing, area: Area, schema: usize, depth: usize, palette: &Palette) {
         let (name, band) = (
-            &self.analysis.hierarchy.schemas[schema].name,
+            &self.analysis.hierarchy().schemas()[schema].name,
             &self.analysis.bands[schema],
         );
-        let acts = self.analysis.hierarchy.is_actor(schema);
+        let acts = self.analysis.hierarchy().is_actor(schema);
         let color = if acts {
             palette.tone(Some(schema))
         } else {
@@ -140,13 +143,13 @@ impl<'t> Bands<'t> {
 
     fn group(&self, drawing: &mut Drawing, area: Area, group: usize, depth: usize, palette: &Palette) {
         let (about, statistics) = (
-            &self.analysis.hierarchy.groups[group],
+            &self.analysis.hierarchy().groups()[group],
             &self.analysis.groups[group],
         );
         let column_width = area.width / self.analysis.columns.count as f32;
         let (top, height) = (area.top + area.height * 0.62, area.height * 0.2);
         for member in &about.members {
-            let ink = match self.analysis.hierarchy.is_actor(*member) {
+            let ink = match self.analysis.hierarchy().is_actor(*member) {
                 true => palette.tone(Some(*member)).faded(1.0),
                 false => ColorRole::Edge.faded(1.0),
             };

@@ -1,12 +1,12 @@
 //! Numbers over time as lines. Each column shows its least and greatest value, so that no extreme is lost. A
 //! value holds until the next; where there is none, there is no line.
 
+use jde_drawing::{Align, ColorRole, Drawing, Line, Point, Shape};
 use std::collections::BTreeMap;
 
 use super::axis::{self, numbers};
 use super::{Area, SMALL, TEXT};
-use crate::analysis::{Cell, Columns, Series, Trace};
-use crate::drawing::{Align, ColorRole, Drawing, Line, Point, Shape};
+use crate::analysis::{ColumnRange, Columns, Series, Trace};
 
 /// Height of the legend above a chart, and distance between two charts, units.
 const LEGEND: f32 = 26.0;
@@ -135,7 +135,7 @@ fn frame(drawing: &mut Drawing, area: Area) {
 fn line(
     drawing: &mut Drawing,
     area: Area,
-    cells: &[Option<Cell>],
+    cells: &[Option<ColumnRange>],
     (least, greatest): (f64, f64),
     style: Line,
 ) {

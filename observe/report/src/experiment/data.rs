@@ -1,6 +1,6 @@
 //! The content of an experiment's page: texts, numbers to draw, and drives.
 
-use crate::map::{Drive, FailurePlace};
+use jde_drawing::map::{DriveMap, FailurePlace};
 
 /// The content of the page. Empty parts are left out.
 #[derive(Clone, Debug, Default)]
@@ -105,7 +105,7 @@ pub struct FailureMap {
     /// Why the world is not drawn; may be empty.
     pub note: String,
     /// The world: only its bounds, shapes and paint are drawn.
-    pub ground: Drive,
+    pub ground: DriveMap,
     /// The places.
     pub places: Vec<FailurePlace>,
 }
@@ -122,7 +122,7 @@ pub struct FailedDrive {
     /// Why it did not pass.
     pub why: String,
     /// Its path until it failed; only for the first [`IN_FULL`](super::IN_FULL).
-    pub path: Option<Drive>,
+    pub path: Option<DriveMap>,
     /// The last selections before it failed, the newest last.
     pub selections: Vec<String>,
     /// The command that repeats it.

@@ -1,11 +1,11 @@
 //! Histograms of measures: a row for each combination of axes, above one axis for all of them.
 
-use maud::{Markup, html};
+use jde_drawing::text::counted;
+use jde_drawing::{Align, ColorRole, Drawing, Font, Line};
+use maud::{Markup, PreEscaped, html};
 
 use super::{Distribution, DistributionRow};
 use crate::chart::{SMALL, axis_numbers};
-use crate::drawing::{Align, ColorRole, Drawing, Font, Line};
-use crate::text::counted;
 
 /// Width of a drawing, units: half of a wide page, so that its texts are readable on a narrow one.
 const WIDTH: f32 = 560.0;
@@ -52,7 +52,7 @@ pub(super) fn distributions(all: &[Distribution]) -> Option<Markup> {
                         @if !distribution.unit.is_empty() { " " small { (distribution.unit) } }
                     }
                     @let label = format!("How the values of {} are distributed", distribution.measure);
-                    (draw(distribution, scale).svg(&label, &format!("d{number}-")))
+                    (PreEscaped(draw(distribution, scale).svg(&label, &format!("d{number}-"))))
                     @if distribution.rows.len() > MAX_ROWS {
                         p.note { (counted((distribution.rows.len() - MAX_ROWS) as u64, "more row")) " in the table above." }
                     }
@@ -88,7 +88,7 @@ fn draw(distribution: &Distribution, scale: &Scale) -> Drawing {
 fn draw_row(drawing: &mut Drawing, row: &DistributionRow, scale: &Scale, top: f32) {
     let total = row.passed.len() + row.others.len();
     let count = counted(total as u64, "drive");
-    let font = Font::new();
+    let font = Font::default();
     let room = WIDTH - 2.0 * MARGIN - font.width(&count, SMALL) - 12.0;
     let (middle, baseline) = (top + NAME / 2.0, top + NAME + BARS);
     let name = font.fitted(&row.name, SMALL, room);

@@ -1,11 +1,11 @@
 //! The drives that did not pass: the first ones with their paths and selections, more of them as rows, and of
 //! the rest only their number.
 
-use maud::{Markup, html};
+use jde_drawing::map::{self, DriveMap};
+use jde_drawing::text::counted;
+use maud::{Markup, PreEscaped, html};
 
 use super::FailedDrive;
-use crate::map::{self, Drive};
-use crate::text::counted;
 
 /// The number of drives that are shown in full: more than anybody looks at in one page.
 pub const IN_FULL: usize = 50;
@@ -70,8 +70,8 @@ fn in_full(drive: &FailedDrive) -> Markup {
     }
 }
 
-fn figure(number: usize, path: &Drive) -> Markup {
+fn figure(number: usize, path: &DriveMap) -> Markup {
     let drawing = map::draw_within_page(path, MAP.0, MAP.1);
     let label = format!("The path of drive {number} until it failed");
-    html! { figure.map { (drawing.svg(&label, &format!("f{number}-"))) } }
+    html! { figure.map { (PreEscaped(drawing.svg(&label, &format!("f{number}-")))) } }
 }

@@ -7,11 +7,12 @@ mod failures;
 #[cfg(test)]
 mod tests;
 
-use maud::{Markup, html};
+use jde_drawing::map;
+use jde_drawing::text::counted;
+use maud::{Markup, PreEscaped, html};
 
 use crate::document::{Document, Part};
-use crate::map;
-use crate::text::counted;
+
 pub use data::{Cell, Distribution, DistributionRow, Fact, FailedDrive, FailureMap, Report, Table, Title};
 pub use failures::IN_FULL;
 
@@ -118,7 +119,7 @@ fn places(maps: &[FailureMap]) -> Option<Markup> {
             figure.map {
                 figcaption { (map.title) " " small { (counted(map.places.len() as u64, "drive")) } }
                 @if !map.note.is_empty() { p.note { (map.note) } }
-                (drawing.svg(&label, &format!("w{number}-")))
+                (PreEscaped(drawing.svg(&label, &format!("w{number}-"))))
             }
         }
     })

@@ -1,10 +1,10 @@
 //! Tests of the page, parsed as a browser does.
 
 use html5ever::tendril::TendrilSink;
+use jde_drawing::map::{DriveMap, FailurePlace, PathPoint, RobotPath};
 use markup5ever_rcdom::{Handle, NodeData, RcDom};
 
 use super::*;
-use crate::map::{Drive, FailurePlace, PathPoint, RobotPath};
 
 /// The page of an experiment whose texts all contain `text`, with this many failed drives.
 fn report(text: &str, failed: usize) -> Report {
@@ -15,7 +15,7 @@ fn report(text: &str, failed: usize) -> Report {
         heading: 0.0,
         winner: Some(0),
     };
-    let path = Drive {
+    let path = DriveMap {
         title: text.to_owned(),
         schema_names: vec![text.to_owned()],
         paths: vec![RobotPath {
@@ -23,7 +23,7 @@ fn report(text: &str, failed: usize) -> Report {
             points: (0..5).map(place).collect(),
             ..RobotPath::default()
         }],
-        ..Drive::default()
+        ..DriveMap::default()
     };
     let table = Table {
         note: text.to_owned(),
@@ -61,7 +61,7 @@ fn report(text: &str, failed: usize) -> Report {
         places: vec![FailureMap {
             title: text.to_owned(),
             note: text.to_owned(),
-            ground: Drive::default(),
+            ground: DriveMap::default(),
             places: vec![FailurePlace {
                 x: 1.0,
                 y: 2.0,

@@ -1,7 +1,7 @@
 //! The events of a page: faults, overruns, refusals, operators' actions and all others.
 
-use jde_core::Health;
 use jde_records::event::What;
+use jde_timeline::{MarkKind, Severity};
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
@@ -44,28 +44,5 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
 }
 
 fn is_bad(what: &What<String>) -> bool {
-    match what {
-        What::HealthChanged { health, .. } => match health {
-            Health::Faulted(_) | Health::ArbitrationFailed(_) => true,
-            Health::Ok | Health::Overrun => false,
-        },
-        What::Hung { .. } | What::CallAbandoned { .. } => true,
-        What::TookOver { .. }
-        | What::ChatteringStarted { .. }
-        | What::ChatteringEnded { .. }
-        | What::StoodStill { .. }
-        | What::WentOn { .. }
-        | What::Stalled { .. }
-        | What::Overrun { .. }
-        | What::AbandonedCallReturned { .. }
-        | What::Refused { .. }
-        | What::Limited { .. }
-        | What::Operator { .. }
-        | What::Reloaded { .. }
-        | What::ReloadRolledBack { .. }
-        | What::Retracted { .. }
-        | What::Triggered { .. }
-        | What::Ended { .. }
-        | What::Unknown { .. } => false,
-    }
+    MarkKind::of(what).severity() == Severity::Bad
 }

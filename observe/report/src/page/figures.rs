@@ -1,11 +1,11 @@
 //! The drawings of a page: the path and the bands of states.
 
-use maud::{Markup, html};
+use jde_drawing::Drawing;
+use jde_drawing::map;
+use maud::{Markup, PreEscaped, html};
 
 use super::Page;
 use crate::chart::{self, Area, Bands};
-use crate::drawing::Drawing;
-use crate::map;
 
 /// Width of the bands' drawing, units: that of the page at its widest.
 const WIDTH: f32 = 1200.0;
@@ -26,7 +26,7 @@ pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
     );
     Some(html! {
         p.note { "Seen from above, in the colours of the acting schemas. A ring marks a change of the winner." }
-        figure.map { (drawing.svg(&label, "m")) }
+        figure.map { (PreEscaped(drawing.svg(&label, "m"))) }
     })
 }
 
@@ -55,7 +55,7 @@ pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
             @if bands.left_out > 0 { " " (bands.left_out) " rows are not shown: schemas that were never awake, and rows beyond the height of a page." }
         }
         figure id="bands" data-from=(from) data-to=(to) data-left=(area.left / WIDTH) data-right=(area.right() / WIDTH) {
-            (drawing.svg("States of all schemas over time", "b"))
+            (PreEscaped(drawing.svg("States of all schemas over time", "b")))
         }
     })
 }

@@ -5,7 +5,7 @@ use jde_records::chattering::MAX_SWITCHES;
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
-use crate::analysis::{ChatterStatistics, GroupStatistics, Row};
+use crate::analysis::{ChatterStatistics, GroupStatistics};
 use crate::chart;
 
 /// Most pairs listed for a group.
@@ -13,20 +13,14 @@ const PAIRS: usize = 5;
 
 pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
     let analysis = page.analysis;
-    let rows = analysis.hierarchy.rows();
-    let groups: Vec<usize> = rows
-        .iter()
-        .filter_map(|row| match row {
-            Row::Group(group, _) => Some(*group),
-            Row::Schema(..) => None,
-        })
-        .collect();
+    let rows = analysis.rows().into_iter();
+    let groups: Vec<usize> = rows.filter_map(|row| row.group()).collect();
     if groups.is_empty() {
         return None;
     }
     let knows_contracts = groups
         .iter()
-        .any(|group| analysis.hierarchy.groups[*group].contract.is_some());
+        .any(|group| analysis.hierarchy().groups()[*group].contract.is_some());
     Some(html! {
         p.note {
             "A takeover lasts from its cause to the first iteration of the new winner."
@@ -46,7 +40,7 @@ pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
 
 fn group_rows(page: &Page<'_>, group: usize) -> Markup {
     let (about, statistics) = (
-        &page.analysis.hierarchy.groups[group],
+        &page.analysis.hierarchy().groups()[group],
         &page.analysis.groups[group],
     );
     let rate = statistics.switches as f64 / page.analysis.columns.seconds();

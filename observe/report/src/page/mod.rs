@@ -8,13 +8,13 @@ mod summary;
 mod switches;
 mod topics;
 
+use jde_drawing::ColorRole;
+use jde_drawing::map::Palette;
+use jde_drawing::text::counted;
 use maud::{Markup, html};
 
 use crate::analysis::Analysis;
 use crate::document::Document;
-use crate::drawing::ColorRole;
-use crate::map::Palette;
-use crate::text::counted;
 
 const SCRIPT: &str = include_str!("script.js");
 
@@ -76,9 +76,9 @@ fn footer(page: &Page<'_>) -> Markup {
 impl Page<'_> {
     /// A schema's name with its colour in the drawings.
     fn schema(&self, name: &str) -> Markup {
-        let place = self.analysis.hierarchy.find(name);
+        let place = self.analysis.hierarchy().find(name);
         let color = match place {
-            Some(place) if self.analysis.hierarchy.is_actor(place) => self.palette.tone(Some(place)),
+            Some(place) if self.analysis.hierarchy().is_actor(place) => self.palette.tone(Some(place)),
             Some(_) | None => ColorRole::Edge,
         };
         html! { i.sign style={ "background:var(" (color) ")" } {} (name) }

@@ -2,28 +2,20 @@
 //! faults.
 
 use jde_core::State;
-use jde_log::SchemaProblems;
-use maud::{Markup, html};
+use jde_drawing::{ColorRole, Drawing, Line};
+use maud::{Markup, PreEscaped, html};
 
 use super::{Page, percent, trouble};
-use crate::analysis::{Row, SchemaTiming};
+use crate::analysis::SchemaTiming;
 use crate::chart::{self, Area};
-use crate::drawing::{ColorRole, Drawing, Line};
 
 /// Size of a small chart, units.
 const CHART: (f32, f32) = (190.0, 34.0);
 
 pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
     let analysis = page.analysis;
-    let schemas: Vec<(usize, usize)> = analysis
-        .hierarchy
-        .rows()
-        .into_iter()
-        .filter_map(|row| match row {
-            Row::Schema(schema, depth) => Some((schema, depth)),
-            Row::Group(..) => None,
-        })
-        .collect();
+    let rows = analysis.rows().into_iter();
+    let schemas: Vec<(usize, usize)> = rows.filter_map(|row| Some((row.schema()?, row.depth))).collect();
     if schemas.is_empty() {
         return None;
     }
@@ -53,19 +45,14 @@ pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
 fn schema_row(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) -> Markup {
     let analysis = page.analysis;
     let (about, band, work) = (
-        &analysis.hierarchy.schemas[schema],
+        &analysis.hierarchy().schemas()[schema],
         &analysis.bands[schema],
         &analysis.timings[schema],
     );
     let time = |nanos: Option<f64>| nanos.map_or("–".to_owned(), |nanos| chart::seconds(nanos / 1e9));
     let won = band.time(State::Winner);
     let configured = analysis.periods[schema];
-    let none = SchemaProblems::default();
-    let problems = analysis
-        .troubled
-        .iter()
-        .find(|troubled| troubled.schema == about.name);
-    let problems = problems.unwrap_or(&none);
+    let known = &analysis.timeline.schemas()[schema];
     html! {
         tr {
             td.name style={ "padding-left:" (depth.min(8)) "em" } {
@@ -81,16 +68,16 @@ fn schema_row(page: &Page<'_>, schema: usize, depth: usize, virtual_time: bool) 
             td.n { (time(work.periods.quantile(0.5))) }
             td.n { (time(work.periods.quantile(0.99))) }
             td.n { (time(work.periods.worst())) }
-            td.chart { @if let Some(drawing) = periods(work, configured) { (drawing.svg("period over time", &format!("p{schema}-"))) } }
+            td.chart { @if let Some(drawing) = periods(work, configured) { (PreEscaped(drawing.svg("period over time", &format!("p{schema}-")))) } }
             @if !virtual_time {
                 td.n { (time(work.busy.worst())) }
                 td.n { (load(page, schema)) }
             }
-            td.n { (trouble(problems.overruns)) }
-            td.n { (trouble(problems.refused)) }
+            td.n { (trouble(known.counts.overruns)) }
+            td.n { (trouble(known.counts.refused)) }
             td.n {
-                (trouble(problems.faults))
-                @if let Some(fault) = &problems.last_fault { br; small { (fault) } }
+                (trouble(known.counts.faults))
+                @if let Some(fault) = &known.last_fault { br; small { (fault) } }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The head of a page: the application, problems of the recording, and the most important numbers.
 
-use jde_log::SchemaProblems;
+use jde_timeline::Counts;
 use jde_types::Mission;
 use maud::{Markup, html};
 
@@ -56,7 +56,8 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
     let analysis = page.analysis;
     let ending = &analysis.ending;
     let total = |of: fn(&GroupStatistics) -> u64| analysis.groups.iter().map(of).sum::<u64>();
-    let sum = |of: fn(&SchemaProblems) -> u64| analysis.troubled.iter().map(of).sum::<u64>();
+    let schemas = analysis.timeline.schemas();
+    let sum = |of: fn(&Counts) -> u64| schemas.iter().map(|schema| of(&schema.counts)).sum::<u64>();
     let seconds = analysis.columns.seconds();
     html! {
         dl.facts {

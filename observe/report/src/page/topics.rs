@@ -1,9 +1,9 @@
 //! The recorded topics with their types, rates and losses.
 
+use jde_drawing::text::format_size;
 use maud::{Markup, html};
 
 use super::{Page, counted, trouble};
-use crate::text::format_size;
 
 pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
     let survey = &page.analysis.survey;

@@ -6,18 +6,18 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use jde_core::{Case, Health, State};
-use jde_log::{
-    Options, Origin, RecordedGroup, RecordedHierarchy, RecordedSchema, Recorder, Recording, Stamps, Topic,
-};
+use jde_drawing::ColorRole;
+use jde_log::{RecordedGroup, RecordedHierarchy, RecordedSchema, Recording};
+use jde_recorder::{Origin, Recorder, RecorderOptions, Stamps, Topic};
 use jde_records::event::{StateChange, What};
 use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
-use crate::drawing::ColorRole;
-use crate::{Analysis, Picture, Series, Size, Wanted, page};
+use crate::{Analysis, Series, Size, Wanted, draw_recording, page};
 
 mod outlines;
+mod overruns;
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -67,7 +67,7 @@ fn turns(recorder: &Recorder, names: [&str; 2], drive: impl Fn(u64, u64)) {
 }
 
 pub(crate) fn recorder(file: &Path, hierarchy: Option<RecordedHierarchy>) -> Recorder {
-    let options = Options {
+    let options = RecorderOptions {
         origin: Origin {
             application: "turns".to_owned(),
             seed: 7,
@@ -191,7 +191,7 @@ fn assert_bands_have_the_winners_colours(recording: &Recording) {
         height: 1067,
     };
     let analysis = read(recording, columns(size.columns()));
-    let png = Picture::of_recording(&analysis, size).png().unwrap();
+    let png = draw_recording(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&png).unwrap();
     assert_eq!((pixels.width(), pixels.height()), (1600, 1067));
     let area = crate::sheet::times(&analysis, size);
@@ -237,7 +237,7 @@ fn numbers_are_drawn_in_a_chart() {
         width: 800,
         height: 600,
     };
-    let pixels = Picture::of_recording(&analysis, size).png().unwrap();
+    let pixels = draw_recording(&analysis, size).png().unwrap();
     let pixels = Pixmap::decode_png(&pixels).unwrap();
     assert!((0..800).any(|x| count_in_column(&pixels, x, ColorRole::Of(0).light()) > 0));
 }
@@ -257,7 +257,12 @@ fn a_time_range_counts_only_its_own_data() {
         let page = page(&analysis, "turns.mcap");
         assert!(page.contains(&format!("of {selections} selections")), "{page}");
         (
-            analysis.troubled.iter().map(|schema| schema.faults).sum::<u64>(),
+            analysis
+                .timeline
+                .schemas()
+                .iter()
+                .map(|schema| schema.counts.faults)
+                .sum::<u64>(),
             selections,
         )
     };
@@ -343,19 +348,24 @@ fn the_hierarchy_is_derived_if_the_recording_does_not_describe_it() {
         let recording = record(&folder.path().join("turns.mcap"), ["one", "two"], has_hierarchy);
         let analysis = read(&recording, columns(600));
         let names: Vec<_> = analysis
-            .hierarchy
-            .schemas
+            .hierarchy()
+            .schemas()
             .iter()
             .map(|schema| schema.name.as_str())
             .collect();
         assert_eq!(names, ["one", "two"]);
-        assert_eq!(analysis.hierarchy.groups[0].members, [0, 1]);
+        assert_eq!(analysis.hierarchy().groups()[0].members, [0, 1]);
         assert_eq!(
-            analysis.bands.iter().map(|band| band.wins).collect::<Vec<_>>(),
+            analysis
+                .timeline
+                .schemas()
+                .iter()
+                .map(|schema| schema.counts.takeovers)
+                .collect::<Vec<_>>(),
             [3, 3]
         );
         assert_eq!(
-            analysis.hierarchy.groups[0].contract,
+            analysis.hierarchy().groups()[0].contract,
             has_hierarchy.then_some(SECOND / 1000)
         );
         let seconds = analysis.bands[0].time(jde_core::State::Winner) as f64 / 1e9;

@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
-use super::Type;
+use serde::{Deserialize, Serialize};
+
+use super::{Type, shared};
 
 /// What a guard judges, and by what.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Guard {
     /// The index of the export by whose newest value it judges.
     pub state: usize,
     /// The type of the commands.
+    #[serde(with = "shared")]
     pub command: Arc<Type>,
 }

@@ -3,10 +3,12 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Field, FieldKind, Form, Scalar, Type};
 
 /// The allowed values of a modulation. Only plain numbers have limits.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// The least number.
     pub least: Option<f64>,

@@ -3,10 +3,12 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::{Type, Validity};
+use serde::{Deserialize, Serialize};
+
+use super::{Type, Validity, shared};
 
 /// A list of ports: a table of the application file whose entries are ports of any type.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PortList {
     /// Name of the table.
     pub name: String,
@@ -15,13 +17,14 @@ pub struct PortList {
     /// What its ports are.
     pub kind: ListKind,
     /// Type of the settings of each entry.
+    #[serde(with = "shared")]
     pub settings: Arc<Type>,
     /// The settings that an entry does not state.
     pub initial: Vec<u8>,
 }
 
 /// What the ports of a list are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ListKind {
     /// Imports.
     Imports,

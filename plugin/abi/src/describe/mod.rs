@@ -2,16 +2,22 @@
 //!
 //! [`crate::read`] creates it; only tests create it otherwise. It contains no pointer into a plugin.
 
+mod attributes;
 mod differs;
 mod guard;
 mod limits;
 mod lists;
+mod modulations;
 mod notation;
+pub(crate) mod shared;
 mod validity;
 
 use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
+pub use attributes::{ATTRIBUTES, Attribute, Attributes};
 pub use guard::Guard;
 pub use limits::{Limits, NotAllowed};
 pub use lists::{ListKind, PortList};
@@ -19,7 +25,7 @@ pub use notation::RosNotation;
 pub use validity::Validity;
 
 /// A plugin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plugin {
     /// Name, the first half of a type's full name.
     pub name: String,
@@ -40,7 +46,7 @@ pub struct Plugin {
 }
 
 /// A type of schema.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schema {
     /// Name, the second half of its full name.
     pub name: String,
@@ -60,6 +66,10 @@ pub struct Schema {
     pub arbitrates: bool,
     /// Whether it has a panel.
     pub panel: bool,
+    /// Whether that panel receives gestures.
+    pub touch: bool,
+    /// Whether another build of it continues from its memory.
+    pub memory: bool,
     /// Whether it inspects what its modulations name.
     pub inspects: bool,
     /// What it judges, if it is a guard (R18).
@@ -69,7 +79,7 @@ pub struct Schema {
 }
 
 /// Kinds of schema.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Turns data into better data.
     #[default]
@@ -81,7 +91,7 @@ pub enum Kind {
 }
 
 /// An input or output of a type of schema.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Port {
     /// Name.
     pub name: String,
@@ -90,21 +100,21 @@ pub struct Port {
     /// Unit of a plain number; empty if it has none.
     pub unit: String,
     /// Type of its value.
+    #[serde(with = "shared")]
     pub value_type: Arc<Type>,
     /// Its direction, with the data of that direction.
     pub role: Role,
-    /// Whether the application may leave it unbound.
-    pub optional: bool,
+    /// What it has besides.
+    pub attributes: Attributes,
+    /// The name that a modulation had before.
+    pub former_name: Option<String>,
 }
 
 /// The direction of a port.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Role {
     /// Reads another schema's variable.
-    Import {
-        /// A new value re-evaluates the precondition at once (R12).
-        trigger: bool,
-    },
+    Import,
     /// Writes a variable.
     Export {
         /// How long a value is valid (R19).
@@ -116,8 +126,6 @@ pub enum Role {
         default: Vec<u8>,
         /// The allowed values.
         limits: Limits,
-        /// Whether the value is read on awakening and kept until the schema sleeps.
-        fixed: bool,
     },
     /// Input of a driver that reaches an actuator.
     Command {
@@ -125,8 +133,6 @@ pub enum Role {
         neutral: Vec<u8>,
         /// How long a command is in force, ns.
         validity_ns: u64,
-        /// Whether a new command lets the driver iterate at once (R12).
-        trigger: bool,
     },
     /// Writes a driver's command.
     Actuator,
@@ -138,7 +144,7 @@ pub enum Role {
 }
 
 /// A role for a child.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Child {
     /// Name of the role.
     pub name: String,
@@ -156,7 +162,7 @@ pub struct Child {
 }
 
 /// A type of value. Two types are equal if their names and layouts are. Units and docs may differ.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Type {
     /// Name, in the notation of ROS 2.
     pub name: String,
@@ -171,7 +177,7 @@ pub struct Type {
 }
 
 /// A field of a type.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Field {
     /// Name.
     pub name: String,
@@ -190,16 +196,16 @@ pub struct Field {
 }
 
 /// Kind of a field's elements.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FieldKind {
     /// A number or a bool.
     Scalar(Scalar),
     /// A structure.
-    Struct(Arc<Type>),
+    Struct(#[serde(with = "shared")] Arc<Type>),
 }
 
 /// Kinds of scalars.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum Scalar {
     Bool,
@@ -216,7 +222,7 @@ pub enum Scalar {
 }
 
 /// How many elements a field has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Form {
     /// One.
     One,
@@ -239,14 +245,6 @@ pub enum Form {
 }
 
 impl Schema {
-    /// Returns the modulation with that number. `None` if there is no such port, or if it is not a
-    /// modulation.
-    #[must_use]
-    pub fn modulation(&self, port: u32) -> Option<&Port> {
-        let port = self.ports.get(port as usize)?;
-        matches!(port.role, Role::Modulation { .. }).then_some(port)
-    }
-
     /// Returns the schema with these ports after its own.
     #[must_use]
     pub fn with_ports(&self, listed: impl IntoIterator<Item = Port>) -> Self {

@@ -1,7 +1,9 @@
 //! How long the values of an export are valid.
 
+use serde::{Deserialize, Serialize};
+
 /// How long a value of an export is valid without a newer one (R19).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Validity {
     /// For some of the periods that the application states for the schema.
     #[default]

@@ -9,16 +9,14 @@
 //!   minor version that introduced it is refused.
 //! - A writer of a table that the other side lent ([`Precondition`], [`Verdict`], [`ChildStatus`]) fills in
 //!   no more than its `size`, and does not change that `size`.
-//! - A function that a later minor version introduced is beyond the `size` of an older host, or null: check
-//!   before use.
+//! - A function of a later minor version is beyond the `size` of an older host, or null: check before use.
 //! - A host accepts plugins of every minor version of its major one, older and newer. It ignores unknown
 //!   fields and flags, and refuses unknown kinds with a message.
 //! - Only [`Sample`] states no size, because it is filled in at every read. Its 40 bytes never change.
 //!   Further data of a value would have a function of its own.
 //! - A table of a plugin, and all it points to, stays unchanged until the process ends (libraries are never
 //!   unmapped).
-//! - Texts are UTF-8 and end with a NUL. A null text pointer means an empty text.
-//! - The side that allocates memory frees it.
+//! - Texts are UTF-8 and end with a NUL; a null one is empty. The side that allocates memory frees it.
 //! - No function unwinds: a panic or an exception is caught on the side where it arose.
 //! - Calls of one instance never overlap, but may come from different threads one after another.
 
@@ -49,7 +47,7 @@ pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 pub const ABI_MAJOR: u32 = 1;
 /// Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
 /// version and older; later ones accept all.
-pub const ABI_MINOR: u32 = 8;
+pub const ABI_MINOR: u32 = 9;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";
@@ -121,6 +119,13 @@ pub const TRIGGER: u32 = 2;
 /// Modulation flag: read when the schema awakes, and kept until it sleeps. Later writes take effect at the
 /// next awakening (R8).
 pub const FIXED: u32 = 4;
+/// Modulation flag: where the sensor of the imports of measurements is on the base. All that read a sensor state the same.
+pub const MOUNT: u32 = 16;
+/// Modulation flag: a distance that the schema keeps from obstacles. That of a guard is the least.
+pub const MARGIN: u32 = 32;
+/// Modulation flag: the greatest speed (m/s), turn rate (rad/s), or change of one (m/s2, rad/s2), that the schema asks of the
+/// base, or by which its guard expects the base to brake. No schema asks for more than its driver and its guard state.
+pub const LIMIT: u32 = 64;
 /// Child flag, only for the last child: any number of motor children, which the application names and groups,
 /// numbered from this one on.
 pub const MANY: u32 = 8;
@@ -316,6 +321,9 @@ pub struct Port {
     pub choice_count: u32,
     /// 0.
     pub reserved: u32,
+    /// The name that a modulation had before, by which application files and options are still read, with a warning; no
+    /// other port of the type has it. Null for none. Since minor version 9.
+    pub former_name: *const c_char,
 }
 
 /// A role that a schema type has for a child. The application binds an instance to it.

@@ -9,8 +9,8 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::describe::{Child, Guard, Kind, Limits, Plugin, Port, Role, Schema, Type, Validity};
-use crate::{guard, inspect, raw, table, unit};
+use crate::describe::{Attributes, Child, Guard, Kind, Limits, Plugin, Port, Role, Schema, Type, Validity};
+use crate::{guard, inspect, raw, state, table, unit};
 
 mod lists;
 mod place;
@@ -196,15 +196,14 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             .into_iter()
             .map(|port| self::port(&place, &port, kind, children.len()))
             .collect::<Result<Vec<_>, _>>()?;
-        place.distinct(
-            "ports",
-            ports.iter().map(|port| match port.role {
-                Role::ChildModulation { child } => format!("{}.{}", children[child].name, port.name),
-                Role::Import { .. } => format!("import {}", port.name),
-                Role::Actuator => format!("actuator {}", port.name),
-                Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => port.name.clone(),
-            }),
-        )?;
+        let names = ports.iter().map(|port| match port.role {
+            Role::ChildModulation { child } => format!("{}.{}", children[child].name, port.name),
+            Role::Import => format!("import {}", port.name),
+            Role::Actuator => format!("actuator {}", port.name),
+            Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => port.name.clone(),
+        });
+        let former = ports.iter().filter_map(|port| port.former_name.clone());
+        place.distinct("ports", names.chain(former))?;
         let many = children.iter().position(|child| child.many);
         if let Some(many) = many {
             let is_modulation_of_many = |port: &Port| port.role == Role::ChildModulation { child: many };
@@ -219,6 +218,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             return place.wrong("only a motor schema may have motor children");
         }
         let guard = guard(&place, table, kind, &ports)?;
+        let panel = panel(&place, table)?;
         let lists = lists::read(&place, table, (kind, &ports))?;
         Ok(Schema {
             name: place.name("name", table.name)?,
@@ -229,7 +229,9 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             ports,
             children,
             arbitrates: table.arbitrate.is_some(),
-            panel: panel(&place, table)?,
+            panel: panel.is_some(),
+            touch: panel.is_some_and(|panel| panel.touch.is_some()),
+            memory: matches!(state::of(table), Ok(Some(_))),
             inspects: inspects(&place, table)?,
             guard,
             lists,
@@ -237,8 +239,8 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
     }
 }
 
-/// Returns whether the type has a panel. A panel without `draw` is refused.
-unsafe fn panel(place: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
+/// Returns the panel of the type, if it has one. A panel without `draw` is refused.
+unsafe fn panel(place: &Place, table: &raw::Schema) -> Result<Option<raw::Panel>, Refusal> {
     // SAFETY: the caller's.
     let panel = unsafe { table::ability::<raw::Panel>(table, raw::ABILITY_PANEL) };
     match panel {
@@ -246,7 +248,7 @@ unsafe fn panel(place: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
         Ok(Some(raw::Panel { draw: None, .. })) => {
             place.wrong("its panel's draw is null; a panel is drawn, or is none")
         }
-        Ok(panel) => Ok(panel.is_some()),
+        Ok(panel) => Ok(panel),
     }
 }
 
@@ -277,7 +279,9 @@ unsafe fn guard(
         return place.wrong("only a perceptive schema can be a guard");
     }
     if !matches!(ports.get(state).map(|port| &port.role), Some(Role::Export { .. })) {
-        return place.wrong(format!("its guard's state is port {state}, which is no export"));
+        return place.wrong(format!(
+            "its guard's state is port {state}, which is not an export"
+        ));
     }
     // SAFETY: the plugin's table follows the rules of `raw`.
     let command = unsafe { types::value_type(&place.inner("guard", "command"), guard.command, 0)? };
@@ -315,9 +319,7 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             return place.wrong("every schema has this name with a meaning of its own; choose another");
         }
         let role = match table.kind {
-            raw::IMPORT => Role::Import {
-                trigger: table.flags & raw::TRIGGER != 0,
-            },
+            raw::IMPORT => Role::Import,
             raw::EXPORT => Role::Export {
                 validity: Validity::from_ns(table.validity_ns),
             },
@@ -326,7 +328,6 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
                 Role::Modulation {
                     limits: limits(&place, table, (&value_type, &unit), &default)?,
                     default,
-                    fixed: table.flags & raw::FIXED != 0,
                 }
             }
             raw::COMMAND if kind != Kind::Driver => return place.wrong("only a driver takes commands"),
@@ -337,7 +338,6 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             raw::COMMAND => Role::Command {
                 neutral: initial()?,
                 validity_ns: table.validity_ns,
-                trigger: table.flags & raw::TRIGGER != 0,
             },
             raw::ACTUATOR if kind != Kind::Motor => {
                 return place.wrong("only a motor schema commands actuators");
@@ -357,7 +357,14 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             unit,
             value_type,
             role,
-            optional: table.flags & raw::OPTIONAL != 0,
+            attributes: Attributes::of(table.kind, table.flags),
+            former_name: match table.former_name.is_null() {
+                true => None,
+                false if table.kind == raw::MODULATION => {
+                    Some(outer.name("a port's former name", table.former_name)?)
+                }
+                false => return outer.wrong("only a modulation has a former name"),
+            },
         })
     }
 }

@@ -75,6 +75,7 @@ pub(crate) fn port(kind: u32, name: &'static CStr) -> raw::Port {
         choices: ptr::null(),
         choice_count: 0,
         reserved: 0,
+        former_name: ptr::null(),
     }
 }
 

@@ -1,9 +1,11 @@
 //! A field of a schema: a port, a child, or memory.
 
+use jde_abi::describe::{ATTRIBUTES, Attribute};
+use jde_abi::raw;
 use proc_macro2::{Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::spanned::Spanned;
-use syn::{Attribute, Error, Expr, GenericArgument, Ident, LitStr, PathArguments, Result, Type};
+use syn::{Error, Expr, GenericArgument, Ident, LitStr, PathArguments, Result, Type};
 
 use super::options::{Options, is_text};
 use crate::text::{c, check_name, doc, duration, unit};
@@ -15,6 +17,8 @@ pub(super) struct Field {
     pub(super) span: Span,
     pub(super) name: String,
     pub(super) role: Role,
+    /// The flags of its attributes.
+    flags: u32,
     doc: String,
     unit: String,
     /// The `T` of a port.
@@ -25,10 +29,9 @@ pub(super) struct Field {
 #[allow(clippy::large_enum_variant, reason = "only a few exist during a compilation")]
 pub(super) enum Role {
     Memory,
-    Import {
-        trigger: bool,
-        optional: bool,
-    },
+    /// A bundle of ports.
+    Bundle,
+    Import,
     Export {
         /// 0 if the periods of the schema determine it.
         validity_ns: u64,
@@ -37,24 +40,20 @@ pub(super) enum Role {
         default: Expr,
         min: Option<Expr>,
         max: Option<Expr>,
-        fixed: bool,
+        /// The name of the versions before.
+        was: Option<LitStr>,
     },
     Command {
         neutral: Expr,
         validity_ns: u64,
-        trigger: bool,
     },
-    Actuator {
-        optional: bool,
-    },
+    Actuator,
     Child {
         group: Option<LitStr>,
-        optional: bool,
         many: bool,
     },
     Modulates {
         child: LitStr,
-        optional: bool,
     },
     List {
         initial: Expr,
@@ -66,31 +65,93 @@ pub(super) enum Role {
 /// The type of a role for any number of children.
 const MANY: &str = "Children";
 
-/// The validity of a lasting export in its table.
-const LASTING: u64 = jde_abi::raw::LASTING;
+const ONE_ROLE: &str = "a field has only one attribute for its role";
 
-/// The name of each attribute, the type of its field, and its options.
-const KINDS: &[(&str, &str, &[&str])] = &[
-    ("import", "Import", &["trigger", "optional", "unit", "name"]),
-    ("export", "Export", &["validity", "lasting", "unit", "name"]),
-    (
+/// The validity of a lasting export in its table.
+const LASTING: u64 = raw::LASTING;
+
+/// The attribute of a bundle of ports, whose type has any name.
+const BUNDLE: &str = "ports";
+
+/// A role that a field may have.
+#[derive(Clone, Copy)]
+struct Kind {
+    /// The name of the attribute.
+    keyword: &'static str,
+    /// The type of the field.
+    ty: &'static str,
+    /// The kind of port in the ABI, whose attributes are options too; `None` for what is no port.
+    port: Option<u32>,
+    /// The other options.
+    options: &'static [&'static str],
+}
+
+const fn kind(
+    keyword: &'static str,
+    ty: &'static str,
+    port: Option<u32>,
+    options: &'static [&'static str],
+) -> Kind {
+    Kind {
+        keyword,
+        ty,
+        port,
+        options,
+    }
+}
+
+const KINDS: &[Kind] = &[
+    kind("import", "Import", Some(raw::IMPORT), &["unit", "name"]),
+    kind(
+        "export",
+        "Export",
+        Some(raw::EXPORT),
+        &["validity", "lasting", "unit", "name"],
+    ),
+    kind(
         "modulation",
         "Modulation",
-        &["default", "unit", "min", "max", "fixed", "name"],
+        Some(raw::MODULATION),
+        &["default", "unit", "min", "max", "name", "was"],
     ),
-    (
+    kind(
         "command",
         "Command",
-        &["neutral", "validity", "trigger", "unit", "name"],
+        Some(raw::COMMAND),
+        &["neutral", "validity", "unit", "name"],
     ),
-    ("actuator", "Actuator", &["optional", "unit", "name"]),
-    ("child", "Child", &["group", "perceptive", "optional", "name"]),
-    ("child", MANY, &["group", "name"]),
-    ("modulates", "Modulates", &["child", "optional", "unit", "name"]),
-    ("imports", "Imports", &["default", "name"]),
-    ("exports", "Exports", &["default", "validity", "lasting", "name"]),
-    ("commands", "Commands", &["default", "validity", "name"]),
+    kind("actuator", "Actuator", Some(raw::ACTUATOR), &["unit", "name"]),
+    kind(
+        "child",
+        "Child",
+        None,
+        &["group", "perceptive", "optional", "name"],
+    ),
+    kind("child", MANY, None, &["group", "name"]),
+    kind(
+        "modulates",
+        "Modulates",
+        Some(raw::CHILD_MODULATION),
+        &["child", "unit", "name"],
+    ),
+    kind("imports", "Imports", None, &["default", "name"]),
+    kind(
+        "exports",
+        "Exports",
+        None,
+        &["default", "validity", "lasting", "name"],
+    ),
+    kind("commands", "Commands", None, &["default", "validity", "name"]),
 ];
+
+impl Kind {
+    /// Returns the names of its options.
+    fn allowed(self) -> Vec<&'static str> {
+        let has = |attribute: &&Attribute| self.port.is_some_and(|port| attribute.kinds.contains(&port));
+        let attributes = ATTRIBUTES.iter().filter(has).map(|attribute| attribute.name);
+        attributes.chain(self.options.iter().copied()).collect()
+    }
+}
 
 impl Field {
     pub(super) fn of(field: &syn::Field) -> Result<Self> {
@@ -103,29 +164,43 @@ impl Field {
             member,
             ty: field.ty.clone(),
             role: Role::Memory,
+            flags: 0,
             doc: doc(&field.attrs),
             unit: String::new(),
             value: None,
         };
         let mut attributes = field.attrs.iter().filter_map(kind_of);
+        if let Some(bundle) = field
+            .attrs
+            .iter()
+            .find(|attribute| attribute.path().is_ident(BUNDLE))
+        {
+            bundle.meta.require_path_only()?;
+            if let Some((second, _)) = attributes.next() {
+                return Err(Error::new_spanned(second, ONE_ROLE));
+            }
+            this.role = Role::Bundle;
+            return Ok(this);
+        }
         let (type_name, argument) = last_segment(&field.ty);
-        let Some((attribute, (keyword, expected, allowed))) = attributes.next() else {
-            if let Some((keyword, ..)) = KINDS.iter().find(|kind| kind.1 == type_name) {
+        let Some((attribute, first)) = attributes.next() else {
+            if let Some(kind) = KINDS.iter().find(|kind| kind.ty == type_name) {
                 return Err(Error::new_spanned(
                     &field.ty,
-                    format!("a field of type `{type_name}` needs the attribute #[{keyword}]"),
+                    format!(
+                        "a field of type `{type_name}` needs the attribute #[{}]",
+                        kind.keyword
+                    ),
                 ));
             }
             return Ok(this);
         };
         if let Some((second, _)) = attributes.next() {
-            return Err(Error::new_spanned(
-                second,
-                "a field has only one attribute for its role",
-            ));
+            return Err(Error::new_spanned(second, ONE_ROLE));
         }
-        let matching = KINDS.iter().find(|kind| kind.0 == keyword && kind.1 == type_name);
-        let (_, expected, allowed) = matching.copied().unwrap_or((keyword, expected, allowed));
+        let matches = |kind: &&Kind| kind.keyword == first.keyword && kind.ty == type_name;
+        let kind = *KINDS.iter().find(matches).unwrap_or(&first);
+        let (keyword, expected) = (kind.keyword, kind.ty);
         if type_name != expected {
             let generic = if expected == "Child" { "" } else { "<...>" };
             return Err(Error::new_spanned(
@@ -140,12 +215,15 @@ impl Field {
             ));
         }
         this.value = argument;
-        let options = Options::of(attribute, allowed)?;
-        if let Some(name) = &options.name {
+        let options = Options::of(attribute, kind.allowed())?;
+        for name in options.name.iter().chain(&options.was) {
             check_name(&name.value(), name.span())?;
+        }
+        if let Some(name) = &options.name {
             this.name = name.value();
         }
         this.unit = unit(options.unit.as_ref())?;
+        this.flags = options.flags;
         this.role = role(keyword, expected == MANY, attribute, options)?;
         Ok(this)
     }
@@ -158,9 +236,9 @@ impl Field {
     /// Returns the field's name space, in which names must be unique. `None` for memory.
     pub(super) fn name_space(&self) -> Option<String> {
         match &self.role {
-            Role::Memory => None,
-            Role::Import { .. } => Some("imports".into()),
-            Role::Actuator { .. } => Some("actuators".into()),
+            Role::Memory | Role::Bundle => None,
+            Role::Import => Some("imports".into()),
+            Role::Actuator => Some("actuators".into()),
             Role::Child { .. } => Some("children".into()),
             Role::Modulates { child, .. } => Some(format!("modulations of {}", child.value())),
             Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => Some("variables".into()),
@@ -174,10 +252,6 @@ impl Field {
             return TokenStream::new();
         };
         let (name, doc, unit) = (c(&self.name), c(&self.doc), c(&self.unit));
-        let flags = |flags: &[(bool, TokenStream)]| {
-            let set = flags.iter().filter(|flag| flag.0).map(|flag| &flag.1);
-            quote!(0 #(| derived::raw::#set)*)
-        };
         let constant = |value: &Expr| {
             let span = value.span();
             let value = if is_text(value) {
@@ -191,11 +265,9 @@ impl Field {
             Some(bound) => quote!((#bound) as f64),
             None => quote!(f64::NAN),
         };
-        match &self.role {
-            Role::Import { trigger, optional } => {
-                let flags = flags(&[(*trigger, quote!(TRIGGER)), (*optional, quote!(OPTIONAL))]);
-                quote_spanned!(ty.span() => derived::import::<#ty>(#name, #doc, #unit, #flags))
-            }
+        let flags = self.flags;
+        let table = match &self.role {
+            Role::Import => quote_spanned!(ty.span() => derived::import::<#ty>(#name, #doc, #unit)),
             Role::Export { validity_ns } => {
                 quote_spanned!(ty.span() => derived::export::<#ty>(#name, #doc, #unit, #validity_ns))
             }
@@ -203,7 +275,7 @@ impl Field {
                 default,
                 min,
                 max,
-                fixed,
+                was,
             } => {
                 let span = default.span();
                 let value = if is_text(default) {
@@ -218,34 +290,27 @@ impl Field {
                     &INITIAL
                 } };
                 let (min, max) = (bound(min), bound(max));
-                let flags = flags(&[(*fixed, quote!(FIXED))]);
+                let was = c(&was.as_ref().map(LitStr::value).unwrap_or_default());
                 quote_spanned! { ty.span() =>
-                    derived::modulation::<#ty>(#name, #doc, #unit, #default, (#min, #max), #flags)
+                    derived::modulation::<#ty>((#name, #was), #doc, #unit, #default, (#min, #max))
                 }
             }
-            Role::Command {
-                neutral,
-                validity_ns,
-                trigger,
-            } => {
-                let (neutral, flags) = (constant(neutral), flags(&[(*trigger, quote!(TRIGGER))]));
+            Role::Command { neutral, validity_ns } => {
+                let neutral = constant(neutral);
                 quote_spanned! { ty.span() =>
-                    derived::command::<#ty>(#name, #doc, #unit, #neutral, #validity_ns, #flags)
+                    derived::command::<#ty>(#name, #doc, #unit, #neutral, #validity_ns)
                 }
             }
-            Role::Actuator { optional } => {
-                let flags = flags(&[(*optional, quote!(OPTIONAL))]);
-                quote_spanned!(ty.span() => derived::actuator::<#ty>(#name, #doc, #unit, #flags))
-            }
-            Role::Modulates { optional, .. } => {
+            Role::Actuator => quote_spanned!(ty.span() => derived::actuator::<#ty>(#name, #doc, #unit)),
+            Role::Modulates { .. } => {
                 let child = child.unwrap_or_default() as u32;
-                let flags = flags(&[(*optional, quote!(OPTIONAL))]);
-                quote_spanned! { ty.span() =>
-                    derived::child_modulation::<#ty>(#name, #doc, #unit, #child, #flags)
-                }
+                quote_spanned!(ty.span() => derived::child_modulation::<#ty>(#name, #doc, #unit, #child))
             }
-            Role::Memory | Role::Child { .. } | Role::List { .. } => TokenStream::new(),
-        }
+            Role::Memory | Role::Bundle | Role::Child { .. } | Role::List { .. } => {
+                return TokenStream::new();
+            }
+        };
+        quote!(derived::with_flags(#table, #flags))
     }
 
     /// Generates the table of a list of ports.
@@ -260,12 +325,7 @@ impl Field {
 
     /// Generates the table of a role for a child.
     pub(super) fn child_table(&self) -> TokenStream {
-        let Role::Child {
-            group,
-            optional,
-            many,
-        } = &self.role
-        else {
+        let Role::Child { group, many } = &self.role else {
             return TokenStream::new();
         };
         let (name, doc) = (c(&self.name), c(&self.doc));
@@ -275,10 +335,10 @@ impl Field {
             quote!(PERCEPTIVE)
         };
         let group = c(&group.as_ref().map(LitStr::value).unwrap_or_default());
-        let flags = match (optional, many) {
-            (_, true) => quote!(derived::raw::OPTIONAL | derived::raw::MANY),
-            (true, false) => quote!(derived::raw::OPTIONAL),
-            (false, false) => quote!(0),
+        let flags = if *many {
+            raw::OPTIONAL | raw::MANY
+        } else {
+            self.flags
         };
         quote!(derived::child(derived::raw::#kind, #name, #group, #doc, #flags))
     }
@@ -315,7 +375,7 @@ fn range_assertions(
     assertions
 }
 
-fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> Result<Role> {
+fn role(keyword: &str, many: bool, attribute: &syn::Attribute, options: Options) -> Result<Role> {
     let missing = |what: &str| Error::new_spanned(attribute, what);
     let validity = || match &options.validity {
         Some(validity) => duration(validity),
@@ -329,10 +389,7 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
         (None, lasting) => Ok(if lasting { LASTING } else { 0 }),
     };
     Ok(match keyword {
-        "import" => Role::Import {
-            trigger: options.trigger,
-            optional: options.optional,
-        },
+        "import" => Role::Import,
         "export" => Role::Export {
             validity_ns: validity_of_export()?,
         },
@@ -342,7 +399,7 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             })?,
             min: options.min,
             max: options.max,
-            fixed: options.fixed,
+            was: options.was,
         },
         "command" => {
             let neutral = options
@@ -351,12 +408,9 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             Role::Command {
                 neutral,
                 validity_ns: validity()?,
-                trigger: options.trigger,
             }
         }
-        "actuator" => Role::Actuator {
-            optional: options.optional,
-        },
+        "actuator" => Role::Actuator,
         "child" => {
             if options.perceptive == options.group.is_some() {
                 return Err(missing(
@@ -368,7 +422,6 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             }
             Role::Child {
                 group: options.group,
-                optional: options.optional,
                 many,
             }
         }
@@ -386,18 +439,13 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             child: options
                 .child
                 .ok_or_else(|| missing("state the child that has this modulation: child = \"...\""))?,
-            optional: options.optional,
         },
     })
 }
 
-type KindOf = (&'static str, &'static str, &'static [&'static str]);
-
-fn kind_of(attribute: &Attribute) -> Option<(&Attribute, KindOf)> {
-    KINDS
-        .iter()
-        .find(|kind| attribute.path().is_ident(kind.0))
-        .map(|&kind| (attribute, kind))
+fn kind_of(attribute: &syn::Attribute) -> Option<(&syn::Attribute, Kind)> {
+    let kind = KINDS.iter().find(|kind| attribute.path().is_ident(kind.keyword));
+    kind.map(|&kind| (attribute, kind))
 }
 
 /// Returns `Import` and `LaserScan` for `jde_schema::Import<LaserScan>`.

@@ -1,96 +1,50 @@
 //! `#[derive(Describe)]`: the table of a schema type, from its structure.
 
 mod about;
+pub(crate) mod bundle;
 mod field;
+mod members;
 mod options;
 
 use proc_macro2::{Ident, TokenStream};
-use quote::{quote, quote_spanned};
-use syn::spanned::Spanned;
+use quote::quote;
 use syn::{Data, DeriveInput, Error, Fields, Result};
 
 use self::about::{About, Kind};
 use self::field::{Field, Role};
+use self::members::Members;
 use crate::text::c;
 
 /// Generates the implementation of `Describe` for `input`.
 pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
-    let ident = &input.ident;
+    let fields = fields(input, "schema")?;
+    let about = About::of(input)?;
+    let fields = fields.iter().map(Field::of).collect::<Result<Vec<_>>>()?;
+    check(&about, &fields)?;
+    Ok(implementation(&input.ident, &about, &Members::of(&fields)))
+}
+
+/// Returns the fields of a schema or a bundle.
+pub(super) fn fields<'i>(input: &'i DeriveInput, what: &str) -> Result<&'i Fields> {
     let Data::Struct(data) = &input.data else {
         return Err(Error::new_spanned(
-            ident,
-            "a schema is a structure; its fields are its ports and its memory",
+            &input.ident,
+            format!("a {what} is a structure; its fields are its ports"),
         ));
     };
     if let Fields::Unnamed(fields) = &data.fields {
         return Err(Error::new_spanned(
             fields,
-            "a schema has named fields, because its ports have names",
+            format!("a {what} has named fields, because its ports have names"),
         ));
     }
     if !input.generics.params.is_empty() {
         return Err(Error::new_spanned(
             &input.generics,
-            "a schema has no generic parameters, because each type has one name",
+            format!("a {what} has no generic parameters, because the values of its ports have one type each"),
         ));
     }
-    let about = About::of(input)?;
-    let fields = data.fields.iter().map(Field::of).collect::<Result<Vec<_>>>()?;
-    check(&about, &fields)?;
-
-    let children: Vec<&Field> = fields.iter().filter(|field| field.is_child()).collect();
-    let position = |name: &str| children.iter().position(|child| child.name == name);
-    let mut ports = Vec::new();
-    let mut roles = Vec::new();
-    let mut values = Vec::new();
-    let mut lists = Vec::new();
-    let mut list_members = Vec::new();
-    for field in &fields {
-        let (member, ty) = (&field.member, &field.ty);
-        let value = match &field.role {
-            Role::Memory => quote_spanned!(ty.span() => <#ty as ::core::default::Default>::default()),
-            Role::Child { .. } => {
-                let (number, name) = (roles.len() as u32, &field.name);
-                roles.push(field.child_table());
-                quote!(<#ty>::new(#number, #name))
-            }
-            Role::Modulates { child, .. } => {
-                let number = ports.len() as u32;
-                let shown = format!("{}.{}", child.value(), field.name);
-                ports.push(field.port_table(position(&child.value())));
-                // SAFETY (of the generated code): the table above has this number, this kind and this type.
-                quote!(unsafe { <#ty>::new(&PORTS, #number, #shown) })
-            }
-            Role::List { .. } => {
-                lists.push(field.list_table());
-                list_members.push(member);
-                quote!(<#ty>::new())
-            }
-            Role::Import { .. }
-            | Role::Export { .. }
-            | Role::Modulation { .. }
-            | Role::Command { .. }
-            | Role::Actuator { .. } => {
-                let (number, name) = (ports.len() as u32, &field.name);
-                ports.push(field.port_table(None));
-                // SAFETY (of the generated code): the table above has this number, this kind and this type.
-                quote!(unsafe { <#ty>::new(&PORTS, #number, #name) })
-            }
-        };
-        values.push(quote!(#member: #value));
-    }
-
-    Ok(implementation(
-        ident,
-        &about,
-        &ports,
-        &roles,
-        &Lists {
-            tables: &lists,
-            members: &list_members,
-        },
-        &quote!(Self { #(#values),* }),
-    ))
+    Ok(&data.fields)
 }
 
 /// Generates an implementation of `Describe` without ports, for a structure with a mistake.
@@ -102,33 +56,24 @@ pub(crate) fn placeholder(ident: &Ident) -> TokenStream {
         period_ns: 0,
         budget_ns: 0,
     };
-    let none = Lists {
-        tables: &[],
-        members: &[],
-    };
-    implementation(ident, &about, &[], &[], &none, &quote!(::core::unreachable!()))
+    let mut members = Members::of(&[]);
+    members.build = quote!(::core::unreachable!());
+    implementation(ident, &about, &members)
 }
 
-/// The lists of ports: their tables and the fields that hold them.
-struct Lists<'f> {
-    tables: &'f [TokenStream],
-    members: &'f [&'f Ident],
-}
-
-fn implementation(
-    ident: &Ident,
-    about: &About,
-    ports: &[TokenStream],
-    roles: &[TokenStream],
-    lists: &Lists<'_>,
-    build: &TokenStream,
-) -> TokenStream {
+fn implementation(ident: &Ident, about: &About, members: &Members<'_>) -> TokenStream {
     let kind = about.kind.constant();
     let (name, doc) = (c(&about.name), c(&about.doc));
     let (period, budget) = (about.period_ns, about.budget_ns);
-    let count = ports.len();
-    let Lists { tables, members } = lists;
-    let list_count = tables.len();
+    let Members {
+        ports,
+        roles,
+        lists,
+        list_members,
+        build,
+    } = members;
+    let (tables, count) = (ports.tables(), ports.count());
+    let list_count = lists.len();
     let numbers = 0..list_count as u32;
     quote! {
         const _: () = {
@@ -136,9 +81,9 @@ fn implementation(
             #[allow(unused_imports, reason = "only schemas without an arbitration or an ability use it")]
             use derived::Without as _;
 
-            static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
+            static PORTS: [derived::raw::Port; #count] = derived::ports(#kind, #tables);
             const CHILDREN: &[derived::raw::Child] = &[#(#roles),*];
-            static LISTS: [derived::raw::PortList; #list_count] = [#(#tables),*];
+            static LISTS: [derived::raw::PortList; #list_count] = [#(#lists),*];
 
             // A guard whose state is no export fails here.
             const _: Option<derived::raw::Guard> = <#ident as derived::Describe>::GUARD;
@@ -170,13 +115,15 @@ fn implementation(
                     || derived::Own::<#ident>::IS_GUARD;
 
                 unsafe fn build() -> Self {
+                    #[allow(unused_variables, reason = "only ports use it")]
+                    let (ports, first): (&'static [derived::raw::Port], u32) = (&PORTS, 0);
                     #build
                 }
 
                 unsafe fn add_listed(&mut self, port: &derived::raw::ListedPort) {
                     match port.list {
                         // SAFETY: the caller's; the lists have the order of their tables.
-                        #(#numbers => unsafe { self.#members.add(&PORTS, port) },)*
+                        #(#numbers => unsafe { self.#list_members.add(&PORTS, port) },)*
                         _ => {}
                     }
                 }
@@ -187,7 +134,6 @@ fn implementation(
 
 /// Refuses mistakes that the host would otherwise refuse at loading.
 fn check(about: &About, fields: &[Field]) -> Result<()> {
-    let mut seen: Vec<(String, &Field)> = Vec::new();
     let last = fields.iter().rfind(|field| field.is_child());
     for field in fields {
         let wrong = |message: String| Err(Error::new(field.span, message));
@@ -200,7 +146,7 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
             Role::List { validity_ns, .. } if *validity_ns > 0 && about.kind != Kind::Driver => {
                 return wrong("only a driver has lists of commands".into());
             }
-            Role::Actuator { .. } if about.kind != Kind::Motor => {
+            Role::Actuator if about.kind != Kind::Motor => {
                 return wrong("only a motor schema commands actuators".into());
             }
             Role::Child { group: Some(_), .. } if about.kind != Kind::Motor => {
@@ -210,17 +156,6 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
             }
             Role::Child { many: true, .. } if !last.is_some_and(|last| std::ptr::eq(last, field)) => {
                 return wrong("`Children` must be last: the application numbers them from there on".into());
-            }
-            Role::Modulation { .. } if jde_abi::read::RESERVED.contains(&field.name.as_str()) => {
-                return wrong(format!(
-                    "`{}` is reserved in application files; choose another name for this modulation",
-                    field.name
-                ));
-            }
-            Role::Export { .. } | Role::Command { .. } if field.name == jde_abi::read::PERIOD => {
-                return wrong(String::from(
-                    "every schema already has a variable `period`; choose another name",
-                ));
             }
             Role::Modulates { child, .. } => {
                 let known: Vec<&str> = fields
@@ -241,13 +176,38 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
                 }
             }
             Role::Memory
-            | Role::Import { .. }
+            | Role::Bundle
+            | Role::Import
             | Role::Export { .. }
             | Role::Modulation { .. }
             | Role::Command { .. }
-            | Role::Actuator { .. }
+            | Role::Actuator
             | Role::Child { .. }
             | Role::List { .. } => {}
+        }
+    }
+    check_names(fields)
+}
+
+/// Refuses names that the host gives another meaning, and two ports of one name. The names in bundles are compared
+/// when the tables are joined.
+fn check_names(fields: &[Field]) -> Result<()> {
+    let mut seen: Vec<(String, &Field)> = Vec::new();
+    for field in fields {
+        let wrong = |message: String| Err(Error::new(field.span, message));
+        match &field.role {
+            Role::Modulation { .. } if jde_abi::read::RESERVED.contains(&field.name.as_str()) => {
+                return wrong(format!(
+                    "`{}` is reserved in application files; choose another name for this modulation",
+                    field.name
+                ));
+            }
+            Role::Export { .. } | Role::Command { .. } if field.name == jde_abi::read::PERIOD => {
+                return wrong(String::from(
+                    "every schema already has a variable `period`; choose another name",
+                ));
+            }
+            _ => {}
         }
         let Some(space) = field.name_space() else { continue };
         if let Some((_, first)) = seen

@@ -1,13 +1,15 @@
 //! The options in the attribute of a field. Each may occur once, and only where it has a meaning.
 
+use jde_abi::describe as abi;
 use syn::meta::ParseNestedMeta;
 use syn::{Attribute, Expr, Lit, LitStr, Meta, Result};
 
 /// The options of one attribute, and the names of those it may have.
 #[derive(Default)]
 pub(super) struct Options {
-    allowed: &'static [&'static str],
+    allowed: Vec<&'static str>,
     pub(super) name: Option<LitStr>,
+    pub(super) was: Option<LitStr>,
     pub(super) unit: Option<LitStr>,
     pub(super) group: Option<LitStr>,
     pub(super) child: Option<LitStr>,
@@ -16,16 +18,15 @@ pub(super) struct Options {
     pub(super) neutral: Option<Expr>,
     pub(super) min: Option<Expr>,
     pub(super) max: Option<Expr>,
-    pub(super) trigger: bool,
-    pub(super) optional: bool,
-    pub(super) fixed: bool,
+    /// The flags of the attributes that the ABI lists.
+    pub(super) flags: u32,
     pub(super) lasting: bool,
     pub(super) perceptive: bool,
 }
 
 impl Options {
     /// Reads `attribute`, which may have the options `allowed`.
-    pub(super) fn of(attribute: &Attribute, allowed: &'static [&'static str]) -> Result<Self> {
+    pub(super) fn of(attribute: &Attribute, allowed: Vec<&'static str>) -> Result<Self> {
         let mut this = Self {
             allowed,
             ..Self::default()
@@ -46,6 +47,7 @@ impl Options {
         }
         let is_duplicate = match option.as_str() {
             "name" => self.name.replace(meta.value()?.parse()?).is_some(),
+            "was" => self.was.replace(meta.value()?.parse()?).is_some(),
             "unit" => self.unit.replace(meta.value()?.parse()?).is_some(),
             "group" => self.group.replace(meta.value()?.parse()?).is_some(),
             "child" => self.child.replace(meta.value()?.parse()?).is_some(),
@@ -54,11 +56,14 @@ impl Options {
             "neutral" => self.neutral.replace(meta.value()?.parse()?).is_some(),
             "min" => self.min.replace(meta.value()?.parse()?).is_some(),
             "max" => self.max.replace(meta.value()?.parse()?).is_some(),
-            "trigger" => std::mem::replace(&mut self.trigger, true),
-            "optional" => std::mem::replace(&mut self.optional, true),
-            "fixed" => std::mem::replace(&mut self.fixed, true),
             "lasting" => std::mem::replace(&mut self.lasting, true),
-            _ => std::mem::replace(&mut self.perceptive, true),
+            "perceptive" => std::mem::replace(&mut self.perceptive, true),
+            attribute => {
+                let flag = abi::Attribute::flag(attribute);
+                let is_set = self.flags & flag != 0;
+                self.flags |= flag;
+                is_set
+            }
         };
         if is_duplicate {
             return Err(meta.error("this option occurs twice"));

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{ListKind, Port, Role, Schema, Type};
+use jde_abi::describe::{Attributes, ListKind, Port, Role, Schema, Type};
 use jde_abi::lists;
 use jde_abi::lists::ListedPort;
 use jde_types::Value;
@@ -102,15 +102,15 @@ impl Entry {
             unit: String::new(),
             value_type: Arc::clone(&value_type),
             role: match list.kind {
-                ListKind::Imports => Role::Import { trigger: false },
+                ListKind::Imports => Role::Import,
                 ListKind::Exports { validity } => Role::Export { validity },
                 ListKind::Commands { validity_ns } => Role::Command {
                     neutral: vec![0; value_type.bytes],
                     validity_ns,
-                    trigger: true,
                 },
             },
-            optional: true,
+            attributes: Attributes::default(),
+            former_name: None,
         };
         (port, listed)
     }

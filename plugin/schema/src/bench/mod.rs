@@ -282,7 +282,7 @@ impl<S> Bench<S> {
         let port = self.description.ports.iter().position(|port| named(&port));
         let optional = if let Some(port) = port {
             self.state.unbind(port);
-            self.description.ports[port].optional
+            self.description.ports[port].has(raw::OPTIONAL)
         } else {
             let child = self.child(name);
             self.state.unbind_child(child);

@@ -1,6 +1,7 @@
 //! Finds ports and children by name. An unknown name panics with the nearest known one.
 
 use jde_abi::describe::{Port, Role, Schema};
+use jde_nearest::nearest;
 
 /// The kind of a port that a test names.
 #[derive(Clone, Copy)]
@@ -15,7 +16,7 @@ pub(super) enum Kind {
 
 pub(super) fn port(schema: &Schema, kind: Kind, name: &str) -> usize {
     let fits = |port: &Port| match (kind, &port.role) {
-        (Kind::Import, Role::Import { .. })
+        (Kind::Import, Role::Import)
         | (Kind::Export, Role::Export { .. })
         | (Kind::Modulation, Role::Modulation { .. })
         | (Kind::Command, Role::Command { .. })
@@ -49,10 +50,13 @@ pub(super) fn child(schema: &Schema, role: &str) -> usize {
 }
 
 pub(super) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> ! {
-    let nearest =
-        known.max_by(|a, b| strsim::jaro_winkler(a, name).total_cmp(&strsim::jaro_winkler(b, name)));
-    match nearest {
-        Some(nearest) => panic!("there is no {what} `{name}`; did you mean `{nearest}`?"),
-        None => panic!("there is no {what} `{name}`; the schema has none"),
+    let known: Vec<_> = known.collect();
+    match (nearest(name, known.iter().copied()), known.as_slice()) {
+        (Some(nearest), _) => panic!("there is no {what} `{name}`; did you mean `{nearest}`?"),
+        (None, []) => panic!("there is no {what} `{name}`; the schema has none"),
+        (None, known) => panic!(
+            "there is no {what} `{name}`; the schema has `{}`",
+            known.join("`, `")
+        ),
     }
 }

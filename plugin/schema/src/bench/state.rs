@@ -65,9 +65,7 @@ impl BenchState {
                 Role::Modulation { default: initial, .. } | Role::Command { neutral: initial, .. } => {
                     Some(Bytes::copy(&port.value_type, initial))
                 }
-                Role::Import { .. } | Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {
-                    None
-                }
+                Role::Import | Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => None,
             },
             loan: Bytes::zeros(port.value_type.bytes),
             loaned: false,
@@ -128,10 +126,10 @@ impl BenchState {
         port.sequence += 1;
     }
 
-    /// Returns whether the present call must change nothing, and records the attempt.
-    pub(super) fn refuses(&mut self, what: &'static str) -> bool {
-        let drawing = self.drawing.as_mut();
-        drawing.map(|tried| tried.push(what)).is_some()
+    /// Refuses a change if the present call must change nothing, and records the attempt.
+    pub(super) fn refuse(&mut self, what: &'static str) -> Result<(), i32> {
+        let drawing = self.drawing.as_mut().map(|tried| tried.push(what));
+        drawing.map_or(Ok(()), |()| Err(raw::REFUSED))
     }
 
     pub(super) fn unbind(&mut self, port: usize) {
@@ -152,6 +150,14 @@ impl BenchState {
     pub(super) fn bound_child(&mut self, child: u32) -> Result<&mut ChildState, i32> {
         let child = self.children.get_mut(child as usize).ok_or(raw::BAD_ARGUMENT)?;
         if child.bound { Ok(child) } else { Err(raw::UNBOUND) }
+    }
+
+    /// Returns a child that the schema is about to change, or the code of a refusal.
+    pub(super) fn child_to_change(&mut self, child: u32, what: &'static str) -> Result<&mut ChildState, i32> {
+        self.refuse(what)?;
+        let authority = self.authority;
+        let child = self.bound_child(child)?;
+        if authority { Ok(child) } else { Err(raw::REFUSED) }
     }
 
     pub(super) fn written<T: Value>(&self, port: usize) -> Option<T> {
@@ -190,32 +196,28 @@ impl BenchState {
     }
 
     /// Retracts the newest value of an export.
-    pub(super) fn retract(&mut self, port: usize) -> i32 {
+    pub(super) fn retract_export(&mut self, port: usize) -> Result<(), i32> {
         match self.ports.get_mut(port) {
             Some(port) if matches!(port.port.role, Role::Export { .. }) => {
                 port.newest = None;
-                raw::OK
+                Ok(())
             }
-            _ => raw::BAD_ARGUMENT,
+            _ => Err(raw::BAD_ARGUMENT),
         }
     }
 
     /// Publishes the loaned value as the newest one.
-    pub(super) fn publish(&mut self, port: usize, time_ns: u64) -> i32 {
+    pub(super) fn publish_loan(&mut self, port: usize, time_ns: u64) -> Result<(), i32> {
         let (now, authority) = (self.now, self.authority);
-        let Some(port) = self.ports.get_mut(port) else {
-            return raw::BAD_ARGUMENT;
-        };
-        if !port.loaned {
-            return raw::BAD_ARGUMENT;
-        }
+        let port = self.ports.get_mut(port).filter(|port| port.loaned);
+        let port = port.ok_or(raw::BAD_ARGUMENT)?;
         port.loaned = false;
         let guarded = !matches!(port.port.role, Role::Export { .. });
         if guarded && !authority {
-            return raw::REFUSED;
+            return Err(raw::REFUSED);
         }
         if guarded && !finite(&port.port.value_type, port.loan.as_slice()) {
-            return raw::NOT_FINITE;
+            return Err(raw::NOT_FINITE);
         }
         let time = if time_ns == 0 {
             now
@@ -224,7 +226,7 @@ impl BenchState {
         };
         port.newest = Some((Bytes::copy(&port.port.value_type, port.loan.as_slice()), time));
         port.sequence += 1;
-        raw::OK
+        Ok(())
     }
 
     pub(super) fn snapshot(&self, about: &Schema, group: &str) -> Snapshot {

@@ -47,12 +47,12 @@ const fn state<S: Guard>() -> u32 {
     panic!("`STATE_EXPORT` names no export of the schema")
 }
 
-const fn bytes<'a>(text: *const c_char) -> &'a [u8] {
+pub(super) const fn bytes<'a>(text: *const c_char) -> &'a [u8] {
     // SAFETY: a text of a constant table.
     unsafe { CStr::from_ptr(text) }.to_bytes()
 }
 
-const fn is_same(a: &[u8], b: &[u8]) -> bool {
+pub(super) const fn is_same(a: &[u8], b: &[u8]) -> bool {
     let mut same = a.len() == b.len();
     let mut place = 0;
     while same && place < a.len() {

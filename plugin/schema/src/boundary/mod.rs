@@ -1,6 +1,7 @@
 //! The entry points for the host's calls: constant tables and functions in C layout. No panic passes them.
 
 mod abilities;
+pub(crate) mod bundles;
 mod calls;
 mod catch;
 mod judgement;

@@ -126,16 +126,8 @@ pub const fn schema<S: Schema>(
 
 /// Builds the table of an import.
 #[must_use]
-pub const fn import<T: Value>(
-    name: &'static CStr,
-    doc: &'static CStr,
-    unit: &'static CStr,
-    flags: u32,
-) -> raw::Port {
-    raw::Port {
-        flags,
-        ..port::<T>(raw::IMPORT, name, doc, unit)
-    }
+pub const fn import<T: Value>(name: &'static CStr, doc: &'static CStr, unit: &'static CStr) -> raw::Port {
+    port::<T>(raw::IMPORT, name, doc, unit)
 }
 
 /// Builds the table of an export.
@@ -152,15 +144,14 @@ pub const fn export<T: Value>(
     }
 }
 
-/// Builds the table of a modulation.
+/// Builds the table of a modulation. Its former name is empty if it has none.
 #[must_use]
 pub const fn modulation<T: Modulated>(
-    name: &'static CStr,
+    (name, former_name): (&'static CStr, &'static CStr),
     doc: &'static CStr,
     unit: &'static CStr,
     default: &'static T::Wire,
     (min, max): (f64, f64),
-    flags: u32,
 ) -> raw::Port {
     let choices = T::CHOICES.len();
     raw::Port {
@@ -173,7 +164,11 @@ pub const fn modulation<T: Modulated>(
             ptr::null()
         },
         choice_count: choices as u32,
-        flags,
+        former_name: if former_name.is_empty() {
+            ptr::null()
+        } else {
+            former_name.as_ptr()
+        },
         ..port::<T::Wire>(raw::MODULATION, name, doc, unit)
     }
 }
@@ -186,28 +181,18 @@ pub const fn command<T: Value>(
     unit: &'static CStr,
     neutral: &'static T,
     validity_ns: u64,
-    flags: u32,
 ) -> raw::Port {
     raw::Port {
         initial: ptr::from_ref(neutral).cast(),
         validity_ns,
-        flags,
         ..port::<T>(raw::COMMAND, name, doc, unit)
     }
 }
 
 /// Builds the table of an actuator.
 #[must_use]
-pub const fn actuator<T: Value>(
-    name: &'static CStr,
-    doc: &'static CStr,
-    unit: &'static CStr,
-    flags: u32,
-) -> raw::Port {
-    raw::Port {
-        flags,
-        ..port::<T>(raw::ACTUATOR, name, doc, unit)
-    }
+pub const fn actuator<T: Value>(name: &'static CStr, doc: &'static CStr, unit: &'static CStr) -> raw::Port {
+    port::<T>(raw::ACTUATOR, name, doc, unit)
 }
 
 /// Builds the table of a modulation of a child.
@@ -217,13 +202,17 @@ pub const fn child_modulation<T: Modulated>(
     doc: &'static CStr,
     unit: &'static CStr,
     child: u32,
-    flags: u32,
 ) -> raw::Port {
     raw::Port {
         child,
-        flags,
         ..port::<T::Wire>(raw::CHILD_MODULATION, name, doc, unit)
     }
+}
+
+/// Returns the table of a port with the flags of its attributes.
+#[must_use]
+pub const fn with_flags(port: raw::Port, flags: u32) -> raw::Port {
+    raw::Port { flags, ..port }
 }
 
 /// Builds the table of a role for a child.
@@ -299,5 +288,6 @@ const fn port<T: Value>(
         choices: ptr::null(),
         choice_count: 0,
         reserved: 0,
+        former_name: ptr::null(),
     }
 }

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command as Program;
 
-use jde_abi::describe::Role;
+use jde_abi::raw;
 use jde_abi::read;
 use jde_schema::bench::{Bench, Foreign};
 use jde_schema::prelude::*;
@@ -45,6 +45,16 @@ enum Gait {
 }
 
 // The same as `tests/cpp/doors.cpp`.
+#[derive(PortBundle)]
+struct Manners {
+    /// Whether it waits.
+    #[modulation(default = true, was = "waits")]
+    polite: Modulation<bool>,
+    /// The floor.
+    #[modulation(default = -1, min = -3.0, max = 9.0, fixed)]
+    floor: Modulation<i16>,
+}
+
 /// Passes doors.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "10ms")]
@@ -58,12 +68,8 @@ struct Porter {
     /// How to go.
     #[modulation(default = Gait::VeryFast)]
     gait: Modulation<Gait>,
-    /// Whether it waits.
-    #[modulation(default = true)]
-    polite: Modulation<bool>,
-    /// The floor.
-    #[modulation(default = -1, min = -3.0, max = 9.0, fixed)]
-    floor: Modulation<i16>,
+    #[ports]
+    manners: Manners,
     /// Doors that it passed.
     #[export]
     passed: Export<Doors>,
@@ -110,7 +116,11 @@ impl Schema for Porter {
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         let ready: Precondition = (self.doors.require(cx)?.count > 0).into();
-        Ok(ready.urgency(if self.polite.get(cx) { 2.0 } else { f64::INFINITY }))
+        Ok(ready.urgency(if self.manners.polite.get(cx) {
+            2.0
+        } else {
+            f64::INFINITY
+        }))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -130,7 +140,7 @@ impl Schema for Porter {
         loan.open = Flag::TRUE;
         loan.publish_at(Duration::from_nanos(5));
         let speed = if self.wind.is_bound(cx) { 0.1 } else { 0.2 };
-        let speed = speed * f64::from(self.floor.get(cx));
+        let speed = speed * f64::from(self.manners.floor.get(cx));
         self.base.command(cx, Twist::planar(speed, 0.0));
         self.brake.wake(cx);
         self.cruise.wake(cx);
@@ -160,7 +170,7 @@ impl Inspect for Porter {
         if matches!(self.gait.get(cx), Gait::VeryFast) {
             problems.wrong(&self.gait, "it may not run");
         }
-        problems.unavailable(&self.polite, "nobody is there");
+        problems.unavailable(&self.manners.polite, "nobody is there");
     }
 }
 
@@ -237,7 +247,7 @@ fn a_father_in_cplusplus_is_described_and_behaves_as_in_rust() {
     };
     let bolt = &described.schemas[1].ports;
     assert_eq!(*bolt, Bench::<Bolt>::new().description().ports);
-    assert!(matches!(bolt[0].role, Role::Command { trigger: true, .. }), "R12");
+    assert!(bolt[0].has(raw::TRIGGER), "R12");
     let in_rust = behaviour(&mut Bench::<Porter>::new());
     assert!(
         in_rust[2].contains("ready: false"),

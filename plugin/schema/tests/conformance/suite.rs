@@ -45,7 +45,7 @@ fn describes_itself(table: &'static raw::Schema) {
     );
     assert!(!about.doc.is_empty());
     let roles: Vec<(&str, &Role)> = about.ports.iter().map(|port| (&*port.name, &port.role)).collect();
-    assert!(roles.contains(&("laser", &Role::Import { trigger: true })));
+    assert!(roles.contains(&("laser", &Role::Import)));
     assert!(roles.contains(&("base", &Role::Actuator)));
     let laser = about
         .ports

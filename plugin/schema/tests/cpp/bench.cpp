@@ -165,7 +165,7 @@ public:
 static void exceptions_are_failures_with_their_texts()
 {
     jde::Bench<Faulty> bench;
-    const char *const reasons[] = {"it threw what is no std::exception", "beyond the end", "the cable is loose",
+    const char *const reasons[] = {"it threw something that is not a std::exception", "beyond the end", "the cable is loose",
                                    "`count` is a port of another schema than the one that is called; use it in calls of its own",
                                    "`brake` is a child of another schema than the one that is called; use it in calls of its own"};
     for (std::uint32_t mistake = 0; mistake < 5; mistake++) {

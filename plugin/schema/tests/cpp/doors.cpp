@@ -30,12 +30,18 @@ JDE_VALUE(Doors, "my_msgs/msg/Doors", "Where the doors are.",
 enum class Gait : std::uint8_t { slow, very_fast };
 JDE_CHOICE(Gait, "slow", "very-fast");
 
+// A bundle: ports that several types of schema may have.
+struct Manners {
+    jde::Ports &schema;
+    jde::Modulation<bool> polite{schema, "polite", "Whether it waits.", true, jde::was("waits")};
+    jde::Modulation<std::int16_t> floor{schema, "floor", "The floor.", -1, jde::min(-3.0), jde::max(9.0), jde::fixed};
+};
+
 struct PorterPorts : jde::Ports {
     jde::Import<Doors> doors{*this, "doors", "Doors."};
     jde::Import<double> wind{*this, "wind", "Wind.", jde::optional, jde::unit("m/s")};
     jde::Modulation<Gait> gait{*this, "gait", "How to go.", Gait::very_fast};
-    jde::Modulation<bool> polite{*this, "polite", "Whether it waits.", true};
-    jde::Modulation<std::int16_t> floor{*this, "floor", "The floor.", -1, jde::min(-3.0), jde::max(9.0), jde::fixed};
+    Manners manners{*this};
     jde::Export<Doors> passed{*this, "passed", "Doors that it passed."};
     jde::Actuator<jde::Twist> base{*this, "base", "Speeds of the base.", jde::optional};
     jde::Child brake{*this, "brake", "Stops.", jde::group("base")};
@@ -53,7 +59,7 @@ public:
 
     jde::Precondition check(jde::Context &cx) override
     {
-        return {doors.require(cx)->count > 0, polite.get(cx) ? 2.0 : std::numeric_limits<double>::infinity()};
+        return {doors.require(cx)->count > 0, manners.polite.get(cx) ? 2.0 : std::numeric_limits<double>::infinity()};
     }
 
     void iterate(jde::Context &cx) override
@@ -67,7 +73,7 @@ public:
         jde::assign(loan->building, "annex");
         loan->open = true;
         std::move(loan).publish_at(5ns);
-        base.command(cx, jde::planar((wind.is_bound(cx) ? 0.1 : 0.2) * floor.get(cx), 0.0));
+        base.command(cx, jde::planar((wind.is_bound(cx) ? 0.1 : 0.2) * manners.floor.get(cx), 0.0));
         brake.wake(cx);
         cruise.wake(cx);
         others.wake(cx);
@@ -92,7 +98,7 @@ public:
         if (gait.get(cx) == Gait::very_fast) {
             problems.wrong(cx, gait, "it may not run");
         }
-        problems.unavailable(cx, polite, "nobody is there");
+        problems.unavailable(cx, manners.polite, "nobody is there");
     }
 };
 

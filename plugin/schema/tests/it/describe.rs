@@ -3,8 +3,27 @@
 #![forbid(unsafe_code)]
 
 use jde_abi::describe::{Kind, Limits, Role, Validity};
+use jde_abi::raw;
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
+
+/// How the base may move.
+#[derive(PortBundle)]
+struct SpeedLimits {
+    /// The greatest speed.
+    #[modulation(default = 0.3, unit = "m/s", min = 0, max = 1.5, was = "fast")]
+    speed: Modulation<f64>,
+    #[ports]
+    turns: TurnLimits,
+}
+
+/// How the base may turn.
+#[derive(PortBundle)]
+struct TurnLimits {
+    /// The greatest turn rate.
+    #[modulation(default = 1.0, unit = "rad/s")]
+    turn: Modulation<f64>,
+}
 
 /// Drives home.
 ///
@@ -21,9 +40,8 @@ pub(crate) struct DriveHome {
     /// The progress of the mission.
     #[export(lasting)]
     mission: Export<Mission>,
-    /// The greatest speed.
-    #[modulation(default = 0.3, unit = "m/s", min = 0, max = 1.5)]
-    speed: Modulation<f64>,
+    #[ports]
+    limits: SpeedLimits,
     /// The goal.
     #[modulation(default = Pose2D::new(1.0, 2.0, 0.0))]
     home: Modulation<Pose2D>,
@@ -57,7 +75,8 @@ pub(crate) struct DriveHome {
 impl Schema for DriveHome {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.visits.push(self.home.get(cx));
-        let _ = (self.laser.is_bound(cx), self.distance.get(cx), self.speed.get(cx));
+        let _ = (self.laser.is_bound(cx), self.distance.get(cx));
+        let _ = (self.limits.speed.get(cx), self.limits.turns.turn.get(cx));
         let _ = (
             self.map.get(cx),
             self.gains.get(cx),
@@ -120,17 +139,38 @@ fn names_kinds_and_times_are_as_declared() {
 }
 
 #[test]
+fn ports_of_bundles_are_where_the_bundle_is() {
+    let mut bench = Bench::<DriveHome>::new();
+    let names: Vec<&str> = bench.description().ports.iter().map(|port| &*port.name).collect();
+    assert_eq!(names[2..6], ["mission", "speed", "turn", "home"]);
+    let former: Vec<_> = bench
+        .description()
+        .ports
+        .iter()
+        .filter_map(|port| port.former_name.as_deref())
+        .collect();
+    assert_eq!(former, ["fast"]);
+    bench.set("turn", 0.5);
+    bench.iterate().expect("each port has its own number");
+    assert_eq!(bench.description().modulation_named("fast"), Some(3));
+}
+
+#[test]
 fn ports_are_as_their_attributes_declare() {
     let bench = Bench::<DriveHome>::new();
     let ports = &bench.description().ports;
     let port = |name: &str| ports.iter().find(|port| port.name == name).expect(name);
 
-    assert_eq!(port("laser").role, Role::Import { trigger: true });
+    assert_eq!(port("laser").role, Role::Import);
+    assert!(port("laser").has(raw::TRIGGER));
     assert_eq!(port("laser").value_type.name, "sensor_msgs/msg/LaserScan");
     assert_eq!(port("laser").doc, "The newest scan.");
-    assert!(!port("laser").optional);
-    assert_eq!((port("far-off").optional, &*port("far-off").unit), (true, "m"));
-    assert_eq!(port("far-off").role, Role::Import { trigger: false });
+    assert!(!port("laser").has(raw::OPTIONAL));
+    assert_eq!(
+        (port("far-off").has(raw::OPTIONAL), &*port("far-off").unit),
+        (true, "m")
+    );
+    assert!(!port("far-off").has(raw::TRIGGER));
     let validity = Validity::Lasting;
     assert_eq!(port("mission").role, Role::Export { validity });
     assert_eq!(
@@ -142,32 +182,27 @@ fn ports_are_as_their_attributes_declare() {
                 greatest: Some(1.5),
                 choices: Vec::new()
             },
-            fixed: false
         }
     );
     assert_eq!(
-        (port("base").role.clone(), port("base").optional),
+        (port("base").role.clone(), port("base").has(raw::OPTIONAL)),
         (Role::Actuator, false)
     );
     assert_eq!(
-        (port("head").role.clone(), port("head").optional),
+        (port("head").role.clone(), port("head").has(raw::OPTIONAL)),
         (Role::Actuator, true)
     );
     assert_eq!(port("target").role, Role::ChildModulation { child: 0 });
     assert_eq!(
-        (port("period").role.clone(), port("period").optional),
+        (port("period").role.clone(), port("period").has(raw::OPTIONAL)),
         (Role::ChildModulation { child: 0 }, true)
     );
 
-    let Role::Modulation {
-        default,
-        limits,
-        fixed,
-    } = &port("map").role
-    else {
+    let Role::Modulation { default, limits } = &port("map").role else {
         panic!("a modulation")
     };
-    assert_eq!((default.len(), limits, *fixed), (260, &Limits::default(), true));
+    assert_eq!((default.len(), limits), (260, &Limits::default()));
+    assert!(port("map").has(raw::FIXED));
     assert!(default[4..].starts_with(b"worlds/office.toml\0"));
     assert_eq!(port("gains").value_type.name, "jde_msgs/msg/Float64Array");
 }
@@ -199,7 +234,6 @@ fn a_command_has_its_neutral_value_and_validity() {
         Role::Command {
             neutral,
             validity_ns: 500_000_000,
-            trigger: false
         }
     );
     assert_eq!(velocity.unit, "rad/s");

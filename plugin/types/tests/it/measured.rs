@@ -19,7 +19,7 @@ fn scan(range: f32) -> LaserScan {
 /// Asserts that nothing of the scan is taken for a measurement.
 #[track_caller]
 fn assert_none(scan: &LaserScan, expected: &str) {
-    let why = scan.measured().expect_err("it is no scan").to_string();
+    let why = scan.measured().expect_err("it is not a scan").to_string();
     assert!(why.contains(expected), "{why}");
     assert_eq!(
         scan.points().count() + scan.rays(&Pose2D::ORIGIN).count(),

@@ -8,10 +8,10 @@ use clap::Args;
 use jde_core::Nanos;
 use jde_log::Recording;
 use jde_report::{Analysis, Wanted};
+use jde_terminal::ProgressLine;
 
 use crate::failure::{Failure, display_path};
 use crate::quantity;
-use crate::terminal::ProgressLine;
 
 pub(crate) use output::Output;
 pub(crate) use series::{names, series};
@@ -76,7 +76,7 @@ pub(crate) fn read(
         to: time_range.to,
         ..options
     };
-    let mut progress = ProgressLine::new();
+    let mut progress = ProgressLine::default();
     let file = display_path(recording.path());
     let analysis = Analysis::read(recording, options, &mut |share| {
         progress.update(|| format!("reading {file}: {:.0} %", share * 100.0));

@@ -5,9 +5,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use jde_log::Recording;
+use jde_terminal::{self as terminal, TITLE};
 
 use crate::failure::{Failure, display_path};
-use crate::terminal::{self, TITLE};
 
 /// The destination of a picture or a page.
 #[derive(Debug, PartialEq, Eq)]

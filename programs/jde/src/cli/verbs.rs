@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 
 use clap::Command;
 use clap::builder::StyledStr;
-
-use crate::terminal::TITLE;
+use jde_terminal::TITLE;
 
 /// The title of each group with its verbs.
 const GROUPS: [(&str, &[&str]); 5] = [

@@ -9,14 +9,14 @@ use std::sync::atomic::Ordering;
 
 use jde_app::Override;
 use jde_core::Nanos;
-use jde_log::replay::{Drive, ReplayError, Span, Tolerance, ToleranceEntry};
+use jde_decide::{AttachedApplication, ReplayError, ReplayedDrive, Span, Tolerance, ToleranceEntry};
+use jde_session::cli::print_json;
+use jde_session::load::{self, LoadedApplication, Trust};
+use jde_session::log::Log;
+use jde_terminal::interrupt::SignalListener;
+use jde_terminal::{self as terminal, ProgressLine};
 
-use crate::cli::print_json;
-use crate::failure::{Failure, display_path};
-use crate::interrupt::SignalListener;
-use crate::load::{self, LoadedApplication, Trust};
-use crate::log::Log;
-use crate::terminal::{self, ProgressLine};
+use crate::failure::{Failure, RunFailure, display_path};
 
 /// What to replay, and options.
 pub(crate) struct DecideOptions {
@@ -44,14 +44,17 @@ pub(crate) fn run(
     options: DecideOptions,
     log: impl FnOnce(&LoadedApplication) -> Result<Log, Failure>,
 ) -> Result<(), Failure> {
-    let drive = Drive::open(&options.file)?;
+    let drive = ReplayedDrive::open(&options.file)?;
     let loaded = match &options.application {
         Some(application) => load::load_application(application, &options.sets),
-        None => load::load_attached(&drive.application()?, &options.sets, options.trust),
+        None => {
+            let AttachedApplication { name, text, folder } = drive.application()?;
+            load::load_attached(&name, &text, folder.as_deref(), &options.sets, options.trust)
+        }
     };
     // A recorded application ran once, so a missing plugin counts as an unusable one, also in the exit status.
     let mut loaded = loaded.map_err(|mut failure| {
-        if let Failure::Application {
+        if let RunFailure::Application {
             unusable, missing, ..
         } = &mut failure
         {
@@ -81,7 +84,7 @@ pub(crate) fn run(
     output.flush()?;
 
     let (stopped, _interrupts) = SignalListener::flag(|| {})?;
-    let mut progress = ProgressLine::new();
+    let mut progress = ProgressLine::default();
     let LoadedApplication {
         application, plugins, ..
     } = loaded;
@@ -89,7 +92,7 @@ pub(crate) fn run(
         progress.update(|| format!("{:8.1} s", time as f64 / 1e9));
         !stopped.load(Ordering::Relaxed)
     };
-    let verdict = jde_log::replay::replay_and_compare(
+    let verdict = jde_decide::replay_and_compare(
         &drive,
         application,
         &plugins,
@@ -115,7 +118,7 @@ impl From<ReplayError> for Failure {
     fn from(error: ReplayError) -> Self {
         match error {
             ReplayError::Read(error) => Self::Recording(error),
-            ReplayError::Start(error) => Self::Start(error),
+            ReplayError::Start(error) => error.into(),
             error @ ReplayError::Tolerance { .. } => Self::usage(
                 error.to_string(),
                 "`jde vars` and `jde info` show the types of values",

@@ -2,17 +2,17 @@
 
 use std::io::{self, Write};
 
+use jde_decide::{Deviation, Difference, ReplayReport, ReplayedDrive, Values};
+use jde_drawing::text::counted;
 use jde_host::replay::PortReading;
 use jde_loader::SearchPath;
-use jde_log::replay::{Deviation, Difference, Drive, ReplayReport, Values};
 use jde_records::Decision;
 use jde_records::wire::state_name;
+use jde_session::load::{LoadedApplication, Trust};
+use jde_terminal::{BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 use serde_json::{Value, json};
 
 use crate::failure::{describe_skipped_folders, display_path};
-use crate::load::{LoadedApplication, Trust};
-use crate::summary::pluralize;
-use crate::terminal::{BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 
 /// Differences that are shown. The rest is only counted.
 const MAX_SHOWN: usize = 5;
@@ -21,7 +21,7 @@ const MAX_SHOWN: usize = 5;
 pub(super) fn print_header(
     output: &mut TextWriter,
     file: &str,
-    drive: &Drive,
+    drive: &ReplayedDrive,
     application: &str,
     differences: &[String],
 ) -> io::Result<()> {
@@ -157,7 +157,7 @@ pub(super) fn print_verdict(
     if verdict.is_same() {
         writeln!(
             output,
-            "{GOOD}same{GOOD:#}: {all} are as they were, until {until:.1} s{stopped}"
+            "{GOOD}same{GOOD:#}: {all} equal the recorded ones, until {until:.1} s{stopped}"
         )
     } else {
         let note = if verdict.reloads.is_empty() {
@@ -167,7 +167,7 @@ pub(super) fn print_verdict(
         };
         writeln!(
             output,
-            "{BAD}different{BAD:#}: {all} are not as they were, until {until:.1} s{stopped}{note}"
+            "{BAD}different{BAD:#}: {all} differ from the recorded ones, until {until:.1} s{stopped}{note}"
         )
     }
 }
@@ -175,7 +175,7 @@ pub(super) fn print_verdict(
 /// "3 of 7 values", or "7 values" if none differs.
 fn format_share(different: u64, same: u64, what: &str) -> String {
     let total = different + same;
-    let all = pluralize(total, what);
+    let all = counted(total, what);
     match different {
         0 => all,
         different => format!("{different} of {all}"),
@@ -304,7 +304,12 @@ fn format_input(reading: &PortReading) -> String {
 }
 
 /// Returns the complete result as JSON.
-pub(super) fn json(file: &str, drive: &Drive, differences: &[String], verdict: &ReplayReport) -> Value {
+pub(super) fn json(
+    file: &str,
+    drive: &ReplayedDrive,
+    differences: &[String],
+    verdict: &ReplayReport,
+) -> Value {
     let first = verdict.comparison.first.iter().map(|difference| {
         let inputs = difference.inputs.iter().map(|(schema, readings)| {
             let inputs = readings.iter().map(|reading| {

@@ -5,12 +5,12 @@ use std::io::{self, Write};
 use jde_abi::describe::{Kind, Port, Role};
 use jde_app::period::format_setting;
 use jde_app::{Application, Binding, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation};
-use jde_core::{Absence, Policy, contract};
+use jde_core::{Absence, Id, Policy, SchemaId, contract};
+use jde_terminal::{FAINT, TITLE, WARN};
 
-use super::plugin::join_lines;
+use super::doc::join_lines;
 use super::value::format_modulation;
 use crate::failure;
-use crate::terminal::{FAINT, TITLE, WARN};
 
 /// Writes the description.
 ///
@@ -32,7 +32,7 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
     };
     let mission = application
         .mission
-        .map(|(instance, port)| application.variable_name(instance, port));
+        .map(|mission| application.variable_name(mission));
     let until = mission.map_or_else(
         || "runs until it is stopped".to_owned(),
         |name| format!("ends when {name} reports the end"),
@@ -46,11 +46,9 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
         ("awake with the roots", true),
         ("awake while another schema needs them", false),
     ] {
-        let instances = application.instances.iter().enumerate();
+        let instances = application.instances.entries();
         let mut ungrouped = instances
-            .filter(|(place, instance)| {
-                instance.group.is_none() && application.awake.contains(place) == of_roots
-            })
+            .filter(|(id, instance)| instance.group.is_none() && application.awake.contains(id) == of_roots)
             .peekable();
         if ungrouped.peek().is_some() {
             writeln!(output)?;
@@ -156,12 +154,12 @@ fn write_group(
 }
 
 /// Returns the father's name for a member, if it differs from the member's own.
-fn role(application: &Application, member: usize, group: &GroupConfig) -> String {
+fn role(application: &Application, member: SchemaId, group: &GroupConfig) -> String {
     let Some(father) = group.father.map(|father| &application.instances[father]) else {
         return String::new();
     };
-    let role = father.children.iter().position(|child| *child == Some(member));
-    let name = role.map(|role| father.schema.children[role].name.as_str());
+    let role = father.children.find(|child| *child == Some(member));
+    let name = role.map(|role| father.schema.children[role.index()].name.as_str());
     match name {
         Some(name) if name != application.instances[member].name => format!(" as {name}"),
         Some(_) | None => String::new(),
@@ -263,7 +261,7 @@ fn describe_binding(
             (initial != default).then(|| format!("{name} = {value}"))
         }
         Binding::Actuator { target } => {
-            let target = target.map_or_else(unbound, |(owner, port)| application.variable_name(owner, port));
+            let target = target.map_or_else(unbound, |command| application.variable_name(command));
             Some(format!("{name} -> {target}"))
         }
         Binding::ChildModulation { target } => {
@@ -309,9 +307,6 @@ fn absence(application: &Application, absence: Absence) -> String {
     match absence {
         Absence::Brake => "brake".to_owned(),
         Absence::Hold { for_ } => format!("hold for {}, then brake", format_setting(for_)),
-        Absence::Fallback(id) => format!(
-            "{} wins although it is not ready",
-            application.instances[id.index()].name
-        ),
+        Absence::Fallback(id) => format!("{} wins although it is not ready", application.instances[id].name),
     }
 }

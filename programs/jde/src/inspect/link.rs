@@ -4,8 +4,7 @@ use std::io::{self, Write};
 
 use jde_app::Link;
 use jde_app::link::Access;
-
-use crate::terminal::{TITLE, WARN};
+use jde_terminal::{TITLE, WARN};
 
 /// Writes the description. Writes nothing for a link that only this user on this machine can use.
 ///
@@ -68,7 +67,7 @@ mod tests {
         change(&mut link);
         let mut output = Vec::new();
         write(&link, &mut output).unwrap();
-        crate::escape::without_styles(&String::from_utf8(output).unwrap())
+        jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap())
     }
 
     #[test]

@@ -1,15 +1,16 @@
 //! Lists the plugins, their folders, and the files there that cannot be used.
 
-use jde_loader::{LoadError, PluginError, Plugins, SearchPath};
-use serde::Serialize;
 use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use jde_loader::{LoadError, PluginError, Plugins, SearchPath};
+use jde_session::load::{PluginCatalogue, Purpose, Trust};
+use jde_session::paths;
+use jde_terminal::{BAD, FAINT, TITLE, WARN};
+use serde::Serialize;
+
 use crate::failure::{self, Failure};
-use crate::load::{PluginCatalogue, Purpose, Trust};
-use crate::paths;
-use crate::terminal::{BAD, FAINT, TITLE, WARN};
 
 /// The output of `jde plugins`.
 #[derive(Serialize)]
@@ -133,7 +134,7 @@ fn named_folders(
         && let Err(faults) = jde_app::load(file, &[], &catalogue)
         && !file.is_file()
     {
-        return Err(Failure::application(faults));
+        return Err(Failure::faults(faults));
     }
     let (plugins, report) = catalogue.into_parts();
     Ok((plugins, report.folders))

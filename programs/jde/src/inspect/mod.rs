@@ -1,6 +1,7 @@
 //! Describes applications, plugins and plugin folders before anything runs, as text or JSON.
 
 mod application;
+mod doc;
 mod link;
 mod listing;
 mod plugin;
@@ -9,6 +10,7 @@ pub(crate) mod value;
 mod value_type;
 
 pub(crate) use application::{write as application, write_defaults as defaults};
+pub(crate) use doc::first_paragraph;
 pub(crate) use listing::PluginListing;
 pub(crate) use plugin::write as plugin;
 pub(crate) use plugin_data::PluginData;

@@ -3,20 +3,21 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use jde_abi::describe::{ListKind, Plugin, Port, Role, Schema, Validity};
+use jde_abi::describe::{ATTRIBUTES, ListKind, Plugin, Port, Role, Schema, Validity};
 use jde_app::period::format_setting;
+use jde_terminal::{FAINT, TITLE};
 
+use super::doc::{self, join_lines};
 use super::value::{format_value, short_type_name};
 use crate::failure;
 use crate::remote::table::{Cell, Table};
-use crate::terminal::{FAINT, TITLE};
 
 /// Whether a role belongs to a part.
 pub(super) type RoleFilter = fn(&Role) -> bool;
 
 /// The parts of a description, in the order of interest: each has the ports of some roles.
 pub(super) const PARTS: [(&str, RoleFilter); 6] = [
-    ("imports", |role| matches!(role, Role::Import { .. })),
+    ("imports", |role| matches!(role, Role::Import)),
     ("exports", |role| matches!(role, Role::Export { .. })),
     ("modulations", |role| matches!(role, Role::Modulation { .. })),
     ("commands", |role| matches!(role, Role::Command { .. })),
@@ -39,7 +40,7 @@ pub(crate) fn write(plugin: &Plugin, path: Option<&Path>, output: &mut dyn Write
         plugin.name, plugin.version
     )?;
     if !plugin.doc.is_empty() {
-        writeln!(output, "{}", join_lines(&plugin.doc))?;
+        doc::write(&plugin.doc, output)?;
     }
     plugin
         .schemas
@@ -59,7 +60,7 @@ fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io:
         format_setting(schema.budget_ns.unwrap_or(schema.period_ns))
     )?;
     if !schema.doc.is_empty() {
-        writeln!(output, "{}", join_lines(&schema.doc))?;
+        doc::write(&schema.doc, output)?;
     }
     if schema.arbitrates {
         writeln!(output, "Arbitrates among its children itself.")?;
@@ -140,21 +141,13 @@ fn describe_port(port: &Port) -> String {
     let value_type = short_type_name(&port.value_type);
     let of_type = |bytes: &[u8]| format_value(&port.value_type, bytes, &port.unit);
     let facts = match &port.role {
-        Role::Import { trigger: true } => format!("{value_type}, triggers"),
         Role::Export { validity } => match validity {
             Validity::Periods => value_type.to_owned(),
             Validity::Time(ns) => format!("{value_type}, valid for {}", format_setting(*ns)),
             Validity::Lasting => format!("{value_type}, lasting"),
         },
-        Role::Import { trigger: false } | Role::Actuator | Role::ChildModulation { .. } => {
-            value_type.to_owned()
-        }
-        Role::Modulation {
-            default,
-            limits,
-            fixed,
-        } => {
-            let fixed = if *fixed { ", taken on awakening" } else { "" };
+        Role::Import | Role::Actuator | Role::ChildModulation { .. } => value_type.to_owned(),
+        Role::Modulation { default, limits } => {
             let range = match (limits.least, limits.greatest) {
                 (None, None) => String::new(),
                 (Some(least), None) => format!(", at least {least}"),
@@ -163,31 +156,22 @@ fn describe_port(port: &Port) -> String {
             };
             let number = port.value_type.number_of(default).unwrap_or_default();
             match limits.choices.get(number as usize) {
-                Some(chosen) => format!("{chosen}, of {}{fixed}", limits.choices.join(", ")),
-                None => format!("{value_type} = {}{range}{fixed}", of_type(default)),
+                Some(chosen) => format!("{chosen}, of {}", limits.choices.join(", ")),
+                None => format!("{value_type} = {}{range}", of_type(default)),
             }
         }
-        Role::Command {
-            neutral,
-            validity_ns,
-            trigger,
-        } => {
+        Role::Command { neutral, validity_ns } => {
             format!(
-                "{value_type}, in force for {}, neutral {}{}",
+                "{value_type}, in force for {}, neutral {}",
                 format_setting(*validity_ns),
-                of_type(neutral),
-                if *trigger { ", triggers" } else { "" }
+                of_type(neutral)
             )
         }
     };
-    facts + optional_suffix(port.optional)
+    let attributes = ATTRIBUTES.iter().filter(|attribute| port.has(attribute.flag));
+    attributes.fold(facts, |facts, attribute| facts + ", " + attribute.words)
 }
 
 fn optional_suffix(optional: bool) -> &'static str {
     if optional { ", optional" } else { "" }
-}
-
-/// Joins the lines of a documentation.
-pub(super) fn join_lines(doc: &str) -> String {
-    doc.split_whitespace().collect::<Vec<_>>().join(" ")
 }

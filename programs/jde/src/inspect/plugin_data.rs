@@ -1,8 +1,10 @@
 //! A plugin's description as data for programs: the object that `jde describe --json` prints.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use jde_abi::describe::{Child, Plugin, Port, Role, Schema, Validity};
+use jde_abi::describe::{ATTRIBUTES, Child, Plugin, Port, Role, Schema, Validity};
+use jde_abi::raw;
 use jde_link::value::to_json;
 use serde::Serialize;
 
@@ -45,15 +47,17 @@ struct PortData {
     value_type: String,
     unit: String,
     doc: String,
-    optional: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    former_name: Option<String>,
+    /// Whether it has each attribute that a port of its role may have, and whether it is optional.
+    #[serde(flatten)]
+    attributes: BTreeMap<&'static str, bool>,
 }
 
 #[derive(Serialize)]
 #[serde(tag = "role", rename_all = "kebab-case")]
 enum RoleData {
-    Import {
-        trigger: bool,
-    },
+    Import,
     Export {
         #[serde(skip_serializing_if = "Option::is_none")]
         validity_ns: Option<u64>,
@@ -65,12 +69,10 @@ enum RoleData {
         max: Option<f64>,
         #[serde(skip_serializing_if = "Vec::is_empty")]
         choices: Vec<String>,
-        fixed: bool,
     },
     Command {
         neutral: serde_json::Value,
         validity_ns: u64,
-        trigger: bool,
     },
     Actuator,
     ChildModulation {
@@ -124,7 +126,7 @@ fn port(schema: &Schema, port: &Port) -> PortData {
     PortData {
         name: port.name.clone(),
         role: match &port.role {
-            Role::Import { trigger } => RoleData::Import { trigger: *trigger },
+            Role::Import => RoleData::Import,
             Role::Export { validity } => RoleData::Export {
                 validity_ns: match validity {
                     Validity::Periods | Validity::Lasting => None,
@@ -132,25 +134,15 @@ fn port(schema: &Schema, port: &Port) -> PortData {
                 },
                 lasting: *validity == Validity::Lasting,
             },
-            Role::Modulation {
-                default,
-                limits,
-                fixed,
-            } => RoleData::Modulation {
+            Role::Modulation { default, limits } => RoleData::Modulation {
                 default: json(default),
                 min: limits.least,
                 max: limits.greatest,
                 choices: limits.choices.clone(),
-                fixed: *fixed,
             },
-            Role::Command {
-                neutral,
-                validity_ns,
-                trigger,
-            } => RoleData::Command {
+            Role::Command { neutral, validity_ns } => RoleData::Command {
                 neutral: json(neutral),
                 validity_ns: *validity_ns,
-                trigger: *trigger,
             },
             Role::Actuator => RoleData::Actuator,
             Role::ChildModulation { child } => RoleData::ChildModulation {
@@ -160,7 +152,14 @@ fn port(schema: &Schema, port: &Port) -> PortData {
         value_type: port.value_type.name.clone(),
         unit: port.unit.clone(),
         doc: port.doc.clone(),
-        optional: port.optional,
+        former_name: port.former_name.clone(),
+        attributes: ATTRIBUTES
+            .iter()
+            .filter(|attribute| {
+                attribute.flag == raw::OPTIONAL || attribute.kinds.contains(&port.role.kind())
+            })
+            .map(|attribute| (attribute.name, port.has(attribute.flag)))
+            .collect(),
     }
 }
 

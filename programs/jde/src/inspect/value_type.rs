@@ -5,11 +5,12 @@ use std::io::{self, Write};
 
 use jde_abi::describe::{FieldKind, Type};
 use jde_loader::DescribedPlugin;
+use jde_terminal::{FAINT, TITLE};
 use serde::Serialize;
 
-use super::plugin::{PARTS, join_lines, port_name, write_section};
+use super::doc::join_lines;
+use super::plugin::{PARTS, port_name, write_section};
 use crate::failure::Failure;
-use crate::terminal::{FAINT, TITLE};
 
 /// A type of value.
 #[derive(Serialize)]

@@ -2,7 +2,7 @@
 
 /// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum TemplateKind {
     /// A motor schema.
     Motor,
     /// A perceptive schema.
@@ -136,7 +136,7 @@ const APPLICATION: &[File] = files!(
     "app": "app.toml", "world.toml", "README.md", "tests/reaches-its-targets.toml", "tests/stops-before-a-box.toml"
 );
 
-impl Kind {
+impl TemplateKind {
     #[cfg(test)]
     pub(super) const ALL: [Self; 14] = [
         Self::Motor,

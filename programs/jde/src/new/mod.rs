@@ -12,12 +12,13 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use jde_isolation::python::{folders, of_environment};
+use jde_session::paths;
+use jde_terminal::{self as terminal, FAINT, TITLE};
 
 use crate::failure::{self, Failure};
-use crate::paths;
-use crate::terminal::{self, FAINT, TITLE};
-pub(crate) use kind::Kind;
 use name::Name;
+
+pub(crate) use kind::TemplateKind;
 pub(crate) use robot::write_robot;
 pub(crate) use world::write_world;
 
@@ -25,7 +26,7 @@ pub(crate) use world::write_world;
 ///
 /// # Errors
 /// The name is invalid, the folder exists already, or the files cannot be written.
-pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure> {
+pub(crate) fn write(kind: TemplateKind, name: &str, folder: &Path) -> Result<(), Failure> {
     let is_used = |word: &str| kind.files().any(|(file, text)| is_taken(file, text, word));
     let name = checked(name, is_used)?;
     let folder = folder.join(&name.kebab);
@@ -103,7 +104,7 @@ fn not_created(path: &Path, error: io::Error) -> Failure {
 
 /// Returns the dependencies of a package on crates of jde: those of the installation or of the checkout of this
 /// build if they exist, else published versions.
-fn dependencies(kind: Kind) -> String {
+fn dependencies(kind: TemplateKind) -> String {
     let line = |folder: &&str| {
         let path = paths::data().join(folder);
         let (_, name) = folder.rsplit_once('/').unwrap_or_default();
@@ -191,22 +192,25 @@ mod tests {
 
     #[test]
     fn a_template_replaces_types_and_instances_and_no_other_words() {
-        let is_used = |kind: Kind, name| kind.files().any(|(file, text)| is_taken(file, text, name));
-        assert!(is_used(Kind::Motor, "Twist"));
-        assert!(is_used(Kind::Motor, "pioneer"));
-        assert!(is_used(Kind::Perceptive, "face"));
-        assert!(is_used(Kind::Driver, "Jaws"));
-        assert!(is_used(Kind::MotorPython, "jde"));
-        assert!(is_used(Kind::MotorPython, "Bench"));
-        assert!(is_used(Kind::Application, "guide"));
+        let is_used = |kind: TemplateKind, name| kind.files().any(|(file, text)| is_taken(file, text, name));
+        assert!(is_used(TemplateKind::Motor, "Twist"));
+        assert!(is_used(TemplateKind::Motor, "pioneer"));
+        assert!(is_used(TemplateKind::Perceptive, "face"));
+        assert!(is_used(TemplateKind::Driver, "Jaws"));
+        assert!(is_used(TemplateKind::MotorPython, "jde"));
+        assert!(is_used(TemplateKind::MotorPython, "Bench"));
+        assert!(is_used(TemplateKind::Application, "guide"));
         for name in ["gripper", "Gripper", "wall", "Wall", "follow"] {
-            assert!(Kind::ALL.iter().all(|kind| !is_used(*kind, name)), "{name}");
+            assert!(
+                TemplateKind::ALL.iter().all(|kind| !is_used(*kind, name)),
+                "{name}"
+            );
         }
     }
 
     #[test]
     fn templates_contain_no_unknown_placeholder() {
-        for (file, text) in Kind::ALL.iter().flat_map(|kind| kind.files()) {
+        for (file, text) in TemplateKind::ALL.iter().flat_map(|kind| kind.files()) {
             let filled = [
                 "__name__",
                 "__Name__",

@@ -5,10 +5,10 @@ use std::io::Write;
 use std::path::Path;
 
 use jde_sim::SHIPPED_ROBOTS;
+use jde_terminal::{self as terminal, FAINT, TITLE};
 
 use super::{checked, write_file};
 use crate::failure::{self, Failure};
-use crate::terminal::{self, FAINT, TITLE};
 
 /// The name and the file of the robot to start from.
 const TEMPLATE: (&str, &str) = ("robot", include_str!("../../templates/robot/robot.toml"));

@@ -5,10 +5,10 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use jde_sim::ImportedWorld;
+use jde_terminal::{self as terminal, FAINT, TITLE};
 
 use super::{checked, create_folder, not_created, write_file};
 use crate::failure::{self, Failure};
-use crate::terminal::{self, FAINT, TITLE};
 
 /// Where Gazebo searches for models: lists of folders, of its present and earlier versions.
 const MODEL_PATHS: [&str; 4] = [
@@ -35,7 +35,7 @@ pub(crate) fn write_world(
     let worlds = match from {
         Some(file) => {
             let worlds = jde_sim::import(file, &searched(models), &name);
-            worlds.map_err(|error| Failure::Broken(error.to_string()))?
+            worlds.map_err(|error| Failure::broken(error.to_string()))?
         }
         None => vec![ImportedWorld {
             name: name.clone(),

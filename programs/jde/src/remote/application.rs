@@ -1,7 +1,7 @@
 //! An application of another process as a source of the oscilloscope: the newest data from the link. No call
 //! waits for the network, except that an action waits for its answer.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_link::message::{Action as OperatorAction, VariableInfo};
@@ -9,14 +9,15 @@ use jde_link::{Rate, Remote, Subscription};
 use jde_records::event::{Outcome, What};
 use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
+use jde_session::log::Log;
+use jde_session::run as session;
+use jde_session::top::{ObservedApplication, RobotView, ScreenAction};
+use jde_timeline::MissionTimeline;
 use jde_types::{Mission, Odometry, Pose2D, Value as _};
+use parking_lot::Mutex;
 
 use super::request;
 use crate::failure::Failure;
-use crate::lock::lock;
-use crate::log::Log;
-use crate::session::{self, MissionProgress};
-use crate::top::{Action, ObservedApplication, RobotView};
 
 /// The rate at which the robot's pose is requested.
 const POSE_RATE: Rate = Rate::Hz(10);
@@ -35,7 +36,7 @@ struct RemoteState {
     /// When it arrived.
     updated: Instant,
     odometry: Option<Pose2D>,
-    mission: Option<MissionProgress>,
+    mission: MissionTimeline,
     outcome: Option<Outcome>,
     notes: Vec<String>,
 }
@@ -53,7 +54,7 @@ impl RemoteApplication {
             snapshot: remote.hierarchy()?,
             updated: Instant::now(),
             odometry: None,
-            mission: None,
+            mission: MissionTimeline::default(),
             outcome: None,
             notes: Vec::new(),
         }));
@@ -61,7 +62,7 @@ impl RemoteApplication {
         subscriptions.push({
             let state = Arc::clone(&state);
             remote.watch_hierarchy(move |snapshot| {
-                let mut state = lock(&state);
+                let mut state = state.lock();
                 state.snapshot = snapshot;
                 state.updated = Instant::now();
             })?
@@ -69,7 +70,7 @@ impl RemoteApplication {
         subscriptions.push({
             let state = Arc::clone(&state);
             remote.events(&[RecordKind::Event], 0, move |event| {
-                lock(&state).on_event(&event.record)
+                state.lock().on_event(&event.record)
             })?
         });
         let variables = remote.variables(false)?;
@@ -84,30 +85,20 @@ impl RemoteApplication {
             let state = Arc::clone(&state);
             subscriptions.push(remote.watch(&odometry, POSE_RATE, move |sample| {
                 let odometry = sample.bytes.as_deref().and_then(Odometry::from_bytes);
-                lock(&state).odometry = odometry.map(|odometry| odometry.pose2d());
+                state.lock().odometry = odometry.map(|odometry| odometry.pose2d());
             })?);
         }
         if let Some(mission) = of_type(&Mission::describe().name) {
             let state = Arc::clone(&state);
             subscriptions.push(remote.watch(&mission, POSE_RATE, move |sample| {
                 let mission = sample.bytes.as_deref().and_then(Mission::from_bytes);
-                let read = mission.map(|mission| MissionProgress::of(&mission));
-                let mut state = lock(&state);
-                // Once a target was a position, `counts_positions` stays set, also after the last target.
-                let had_position = state
-                    .mission
-                    .as_ref()
-                    .is_some_and(|mission| mission.counts_positions);
-                state.mission = read.map(|mission| MissionProgress {
-                    counts_positions: mission.counts_positions || had_position,
-                    ..mission
-                });
+                state.lock().mission.add(mission);
             })?);
         }
         {
             let (state, name) = (Arc::clone(&state), remote.about().name.clone());
             remote.on_gone(move || {
-                let mut state = lock(&state);
+                let mut state = state.lock();
                 if state.outcome.is_none() {
                     let text = format!("{name} is gone: it ended, was killed, or the network to it is cut");
                     state.outcome = Some(Outcome::Broken(text));
@@ -125,40 +116,40 @@ impl RemoteApplication {
     /// Returns a function that makes the oscilloscope leave. Any thread may call it.
     pub(crate) fn stop_callback(&self) -> impl Fn() + Send + use<> {
         let state = Arc::clone(&self.state);
-        move || lock(&state).outcome = Some(Outcome::Stopped)
+        move || state.lock().outcome = Some(Outcome::Stopped)
     }
 }
 
 impl ObservedApplication for RemoteApplication {
     fn snapshot(&self) -> Snapshot {
-        lock(&self.state).snapshot.clone()
+        self.state.lock().snapshot.clone()
     }
 
     fn robot(&self) -> Option<RobotView> {
-        let state = lock(&self.state);
-        Some(session::robot_view(state.odometry?, state.mission.as_ref()))
+        let state = self.state.lock();
+        Some(session::robot_view(state.odometry?, &state.mission))
     }
 
-    fn act(&self, action: Action) -> Result<(), String> {
+    fn act(&self, action: ScreenAction) -> Result<(), String> {
         // The newest snapshot may have fewer schemas than the one on the screen.
         let name = |schema: usize| {
-            let state = lock(&self.state);
+            let state = self.state.lock();
             let schema = state.snapshot.schemas.get(schema);
             schema.map_or_else(String::new, |schema| schema.name.clone())
         };
         let action = match action {
-            Action::Play(schema) => OperatorAction::Play { schema: name(schema) },
-            Action::Stop(schema) => OperatorAction::Stop { schema: name(schema) },
-            Action::Force(schema) => OperatorAction::Force { schema: name(schema) },
-            Action::Release(schema) => OperatorAction::Release { schema: name(schema) },
-            Action::Period(schema, period) => OperatorAction::Period {
+            ScreenAction::Play(schema) => OperatorAction::Play { schema: name(schema) },
+            ScreenAction::Stop(schema) => OperatorAction::Stop { schema: name(schema) },
+            ScreenAction::Force(schema) => OperatorAction::Force { schema: name(schema) },
+            ScreenAction::Release(schema) => OperatorAction::Release { schema: name(schema) },
+            ScreenAction::Period(schema, period) => OperatorAction::Period {
                 schema: name(schema),
                 period_s: period as f64 / 1e9,
             },
-            Action::StopAll => OperatorAction::StopAll,
-            Action::ReleaseAll => OperatorAction::ReleaseAll,
-            Action::Continue => OperatorAction::Continue,
-            Action::Step => OperatorAction::Step,
+            ScreenAction::StopAll => OperatorAction::StopAll,
+            ScreenAction::ReleaseAll => OperatorAction::ReleaseAll,
+            ScreenAction::Continue => OperatorAction::Continue,
+            ScreenAction::Step => OperatorAction::Step,
         };
         self.remote
             .operate(&request(action))
@@ -166,15 +157,15 @@ impl ObservedApplication for RemoteApplication {
     }
 
     fn outcome(&self) -> Option<Outcome> {
-        lock(&self.state).outcome.clone()
+        self.state.lock().outcome.clone()
     }
 
     fn silent(&self) -> Duration {
-        lock(&self.state).updated.elapsed()
+        self.state.lock().updated.elapsed()
     }
 
     fn log_lines(&self) -> Vec<String> {
-        let mut lines = lock(&self.state).notes.clone();
+        let mut lines = self.state.lock().notes.clone();
         lines.extend(self.log.iter().flat_map(Log::buffered_lines));
         lines
     }

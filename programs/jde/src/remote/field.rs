@@ -29,7 +29,7 @@ impl VariableField {
             path => format!("{}.{path}", variable.name),
         };
         let value_type = variable.value_type().map_err(|error| {
-            Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name))
+            Failure::broken(format!("the type of `{}` cannot be read: {error}", variable.name))
         })?;
         let field = Self {
             unit: match path {
@@ -163,7 +163,9 @@ mod tests {
 
     #[test]
     fn an_unknown_field_is_refused_and_a_missing_element_is_not() {
-        let Err(Failure::Usage { message, .. }) = VariableField::resolve(&laser(), "rangs") else {
+        let Err(Failure::Run(crate::failure::RunFailure::Usage { message, .. })) =
+            VariableField::resolve(&laser(), "rangs")
+        else {
             panic!("an unknown field was found");
         };
         assert!(message.contains("did you mean `ranges`?"), "{message}");

@@ -2,12 +2,13 @@
 
 use std::io::{self, Write};
 
-use jde_core::{Health, State};
+use jde_core::State;
 use jde_records::snapshot::{ReloadView, SchemaView, Snapshot};
+use jde_session::top::{self, text};
+use jde_terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+use jde_timeline::{Hierarchy, Item, OTHERS, Severity, health_severity, health_word};
 
 use super::table::{Alignment, Cell, Table};
-use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
-use crate::top::{self, Row, text};
 
 /// Writes the table.
 ///
@@ -19,7 +20,7 @@ pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<(
         ("type", Alignment::Left),
         ("state", Alignment::Left),
         ("health", Alignment::Left),
-        ("cycle", Alignment::Right),
+        ("period", Alignment::Right),
         ("measured", Alignment::Right),
         ("load", Alignment::Right),
         ("iterations", Alignment::Right),
@@ -30,9 +31,9 @@ pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<(
         ("build", Alignment::Left),
         ("operator", Alignment::Left),
     ]);
-    for row in top::rows(snapshot) {
-        match row {
-            Row::Group { branch, group } => {
+    for (branch, row) in top::branches(&Hierarchy::of_snapshot(snapshot)) {
+        match row.item {
+            Item::Group(group) => {
                 let group = &snapshot.groups[group];
                 let winner = snapshot.winner_name(group);
                 table.add_row([
@@ -44,8 +45,8 @@ pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<(
                     },
                 ]);
             }
-            Row::Schema { branch, schema } => table.add_row(cells(&branch, &snapshot.schemas[schema])),
-            Row::Heading(title) => table.add_row([Cell::from(title).styled(TITLE)]),
+            Item::Schema(schema, _) => table.add_row(cells(&branch, &snapshot.schemas[schema])),
+            Item::Others => table.add_row([Cell::from(OTHERS).styled(TITLE)]),
         }
     }
     table.write(output)
@@ -58,11 +59,11 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         State::Checking => TITLE,
         State::Slept => FAINT,
     };
-    let (health, health_style) = match &view.health {
-        Health::Ok => ("ok".to_owned(), FAINT),
-        Health::Overrun => ("overrun".to_owned(), WARN),
-        Health::ArbitrationFailed(_) => ("arbitration failed".to_owned(), WARN),
-        Health::Faulted(_) => (format!("faulted, {}", restarts(view.restarts_left)), BAD),
+    let word = health_word(&view.health);
+    let (health, health_style) = match health_severity(&view.health) {
+        Severity::Good => (word.to_owned(), FAINT),
+        Severity::Warning => (word.to_owned(), WARN),
+        Severity::Bad => (format!("{word}, {}", restarts(view.restarts_left)), BAD),
     };
     let health = match view.left {
         0 => Cell::from(health).styled(health_style),
@@ -115,13 +116,13 @@ fn build_cell(reload: &ReloadView) -> Cell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::top::tests::navigation;
+    use crate::snapshots::navigation;
 
     #[test]
     fn a_hierarchy_is_written_as_a_tree() {
         let mut out = Vec::new();
         write(&navigation(), &mut out).unwrap();
-        let text = crate::escape::without_styles(&String::from_utf8(out).unwrap());
+        let text = jde_terminal::escape::without_styles(&String::from_utf8(out).unwrap());
         let first: Vec<&str> = text
             .lines()
             .filter_map(|line| line.split("  ").find(|part| !part.is_empty()))

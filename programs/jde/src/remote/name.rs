@@ -1,5 +1,9 @@
 //! Parses names on a command line: `[APPLICATION:]SCHEMA.VARIABLE[.FIELD]`, `[APPLICATION:]SCHEMA`.
 
+use std::collections::BTreeSet;
+
+use jde_nearest::nearest;
+
 use crate::failure::Failure;
 
 /// Splits a name into its application, if it has one, and the rest.
@@ -49,7 +53,30 @@ pub(crate) fn split_variable<'v, 'n>(
             ));
         }
     }
-    Err(Failure::unknown("variable", &variable_name, known))
+    Err(unknown_variable("variable", &variable_name, known))
+}
+
+/// Returns wrong use because there is no such variable. The advice is the nearest one, or those of the same schema, or the
+/// schemas.
+pub(crate) fn unknown_variable<'v>(
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'v str> + Clone,
+) -> Failure {
+    let owner_of = |name: &'v str| name.split_once('.').map_or(name, |(owner, _)| owner);
+    let (owner, _) = name.split_once('.').unwrap_or((name, ""));
+    if nearest(name, known.clone()).is_some() {
+        return Failure::unknown(what, name, known);
+    }
+    let of_owner: Vec<_> = known.clone().filter(|name| owner_of(name) == owner).collect();
+    if of_owner.is_empty() {
+        let owners: BTreeSet<_> = known.map(owner_of).collect();
+        return Failure::unknown("schema", owner, owners.iter().copied());
+    }
+    Failure::usage(
+        format!("there is no {what} `{name}`"),
+        format!("`{owner}` has {}", of_owner.join(", ")),
+    )
 }
 
 #[cfg(test)]
@@ -60,7 +87,7 @@ mod tests {
 
     fn find(name: &str) -> Result<(&str, &str), String> {
         split_variable(name, KNOWN.into_iter()).map_err(|failure| match failure {
-            Failure::Usage { message, help } => format!("{message}; {help}"),
+            Failure::Run(crate::failure::RunFailure::Usage { message, help }) => format!("{message}; {help}"),
             other => other.to_string(),
         })
     }
@@ -90,6 +117,17 @@ mod tests {
         assert_eq!(
             find("pioneer.lasr.ranges"),
             Err("there is no variable `pioneer.lasr`; did you mean `pioneer.laser`?".to_owned())
+        );
+        assert_eq!(
+            find("pioneer.nonsense"),
+            Err(
+                "there is no variable `pioneer.nonsense`; `pioneer` has pioneer.laser, pioneer.odometry"
+                    .to_owned()
+            )
+        );
+        assert_eq!(
+            find("robot.position"),
+            Err("there is no schema `robot`; there are: goon, pioneer".to_owned())
         );
         assert_eq!(
             find("pioneer"),

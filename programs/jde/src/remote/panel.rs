@@ -3,11 +3,11 @@
 
 use std::io::{self, Write};
 
+use jde_drawing::text::counted;
 use jde_panel::{Item, List, Shape, Solid, Trace, Words};
+use jde_terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
 
 use super::table::{Alignment, Cell, Table};
-use crate::summary::pluralize;
-use crate::terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
 
 /// Writes a list from top to bottom.
 ///
@@ -170,7 +170,7 @@ fn describe_item(item: &Item) -> String {
 /// Describes a picture: the number of its shapes, and its labels.
 fn describe_picture<'l>(where_: &str, count: usize, labels: impl Iterator<Item = &'l str>) -> String {
     let labels: Vec<_> = labels.map(sanitize).collect();
-    let shapes = pluralize(count as u64, "shape");
+    let shapes = counted(count as u64, "shape");
     match labels.as_slice() {
         [] => format!("{where_} with {shapes}"),
         labels => format!("{where_} with {shapes}: {}", labels.join(", ")),
@@ -223,7 +223,7 @@ mod tests {
     fn printed(items: Vec<Item>) -> String {
         let mut words = Vec::new();
         write(&List { time: 0, items }, &mut words).unwrap();
-        crate::escape::without_styles(&String::from_utf8(words).unwrap())
+        jde_terminal::escape::without_styles(&String::from_utf8(words).unwrap())
     }
 
     fn text(text: &str, words: Words) -> Item {

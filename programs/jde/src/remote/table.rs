@@ -3,9 +3,9 @@
 
 use std::io::{self, Write};
 
-use crate::escape::escape;
-use crate::terminal::{FAINT, Style};
-use crate::top::text::{columns, cut};
+use jde_session::top::text::{columns, cut};
+use jde_terminal::escape::escape;
+use jde_terminal::{FAINT, Style};
 
 /// The space between two columns.
 const GAP: usize = 2;
@@ -151,7 +151,7 @@ mod tests {
     fn text(table: &Table) -> String {
         let mut text = Vec::new();
         table.write(&mut text).unwrap();
-        crate::escape::without_styles(&String::from_utf8(text).unwrap())
+        jde_terminal::escape::without_styles(&String::from_utf8(text).unwrap())
     }
 
     #[test]

@@ -6,13 +6,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_core::Nanos;
-use jde_log::{Channel, LeftOut, Message, Messages, RecordedHierarchy, RecordedVariables, Recording, record};
+use jde_log::{
+    Channel, LeftOut, Messages, RecordedHierarchy, RecordedMessage, RecordedVariables, Recording, record,
+};
 use jde_records::RunRecord;
 use jde_records::turn::{Call, Turn, TurnKind};
 use jde_ros::cdr;
+use jde_timeline::{Hierarchy, Keep, Timeline};
 use jde_types::Value as _;
 
-use super::hierarchy::{Hierarchy, HierarchyNames};
 use crate::failure::{Failure, display_path};
 
 /// The topic of the schemas' turns.
@@ -42,7 +44,7 @@ pub(super) struct Index {
     /// The schemas whose panels it contains, by topic.
     pub(super) panels: Arc<BTreeMap<String, String>>,
     /// Its schemas and groups, before the first event.
-    pub(super) initial: Hierarchy,
+    pub(super) initial: Timeline,
     /// The name of the application.
     pub(super) application: String,
     /// Files, topics and messages that cannot be played.
@@ -51,7 +53,7 @@ pub(super) struct Index {
 }
 
 /// Everything from some place on.
-pub(super) type Entries = Box<dyn Iterator<Item = Entry> + Send>;
+pub(super) type Entries = Box<dyn Iterator<Item = IndexEntry> + Send>;
 
 /// A cycle of a schema.
 #[derive(Clone, Copy)]
@@ -77,13 +79,13 @@ pub(super) struct RecordedValue {
 }
 
 /// An entry of the recording that playback uses.
-pub(super) enum Entry {
+pub(super) enum IndexEntry {
     Value(RecordedValue),
     Line(Nanos, RunRecord),
     Cycle(Cycle),
 }
 
-impl Entry {
+impl IndexEntry {
     /// Returns its time.
     pub(super) fn time(&self) -> Nanos {
         match self {
@@ -113,16 +115,14 @@ impl Index {
             let stem = file.file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         });
-        let cast = recording
-            .channels()
-            .find_map(|channel| RecordedHierarchy::read(&channel.metadata));
-        let mut names = HierarchyNames::new(cast.as_ref());
+        let recorded = RecordedHierarchy::of_recording(&recording);
+        let mut hierarchy = recorded.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
         let variables = RecordedVariables::of(&recording);
         let mut index = Self {
             left_out: variables.left_out().clone(),
             variables: Arc::new(variables),
             panels: Arc::new(panels(&recording)),
-            initial: names.hierarchy(),
+            initial: Timeline::new(Hierarchy::default(), Keep::PRESENT),
             start_ns,
             begin: first.saturating_sub(start_ns),
             end: 0,
@@ -130,8 +130,8 @@ impl Index {
             seldom: BTreeMap::new(),
             recording,
         };
-        index.scan(&mut names)?;
-        index.initial = names.hierarchy();
+        index.scan(&mut hierarchy)?;
+        index.initial = Timeline::new(hierarchy, Keep::PRESENT);
         // Possibly no message can be read.
         index.end = index.end.max(index.begin);
         Ok(index)
@@ -173,17 +173,17 @@ impl Index {
         }
         for next in self.entries_from(place.saturating_sub(LOOK_BACK))? {
             match next {
-                Entry::Value(value) if value.published < place => {
+                IndexEntry::Value(value) if value.published < place => {
                     newest.insert(value.topic.clone(), value);
                 }
-                Entry::Value(_) => break,
-                Entry::Line(..) | Entry::Cycle(_) => {}
+                IndexEntry::Value(_) => break,
+                IndexEntry::Line(..) | IndexEntry::Cycle(_) => {}
             }
         }
         Ok(newest.into_values().collect())
     }
 
-    fn scan(&mut self, names: &mut HierarchyNames) -> Result<(), Failure> {
+    fn scan(&mut self, hierarchy: &mut Hierarchy) -> Result<(), Failure> {
         let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         let messages: Messages = self.recording.messages()?;
         let (mut all_bytes, mut buffer) = (0, Vec::new());
@@ -192,9 +192,9 @@ impl Index {
             self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
             self.variables.check(&message, &mut buffer, &mut self.left_out);
             match read_entry(message, self.start_ns, &self.variables, &self.panels) {
-                Some(Entry::Line(_, line)) => names.add_line(&line),
-                Some(Entry::Cycle(_)) | None => {}
-                Some(Entry::Value(value)) => {
+                Some(IndexEntry::Line(_, line)) => hierarchy.add_names(&line),
+                Some(IndexEntry::Cycle(_)) | None => {}
+                Some(IndexEntry::Value(value)) => {
                     let (count, bytes) = often.entry(value.topic.clone()).or_default();
                     *count += 1;
                     *bytes += value.message.len();
@@ -216,21 +216,21 @@ impl Index {
 
 /// Converts a message. Returns `None` if playback does not use it.
 fn read_entry(
-    message: Message,
+    message: RecordedMessage,
     start: u64,
     variables: &RecordedVariables,
     panels: &BTreeMap<String, String>,
-) -> Option<Entry> {
+) -> Option<IndexEntry> {
     let published = message.log_time.saturating_sub(start);
     let topic = &message.channel.topic;
     if record::kind(&message.channel).is_some() {
         // Skip a line of a newer version that cannot be read.
-        return Some(Entry::Line(published, record::read(&message)?));
+        return Some(IndexEntry::Line(published, record::read(&message)?));
     }
     if topic == TURNS_TOPIC {
         let bytes = cdr::decode(&Turn::describe(), &message.data).ok()?;
         let turn = Turn::from_bytes(&bytes)?;
-        return matches!(turn.kind(), TurnKind::Cycled(_)).then_some(Entry::Cycle(Cycle {
+        return matches!(turn.kind(), TurnKind::Cycled(_)).then_some(IndexEntry::Cycle(Cycle {
             time: published,
             schema: turn.schema as usize,
             iterated: turn.acted != Call::default(),
@@ -239,7 +239,7 @@ fn read_entry(
     if variables.get(&message.channel).is_none() && !panels.contains_key(topic) {
         return None;
     }
-    Some(Entry::Value(RecordedValue {
+    Some(IndexEntry::Value(RecordedValue {
         topic: topic.clone(),
         published,
         measured: message.publish_time.saturating_sub(start),

@@ -10,6 +10,7 @@ use jde_link::message::{Action, Range, Refusal, SchemaInfo, Schemas};
 use jde_link::value::from_json;
 use jde_link::{OnDrawn, PanelViewer, Subject, SubjectInfo};
 use jde_records::snapshot::Snapshot;
+use jde_timeline::Timeline;
 use jde_types::{Flag, Text, Value as _};
 
 use super::hierarchy;
@@ -184,7 +185,7 @@ impl PlayedRecording {
                 let known = CONTROLS.iter().map(|(name, ..)| *name);
                 return Err(Refusal {
                     error: format!("`{CONTROL_SCHEMA}` has no modulation `{other}`"),
-                    nearest: jde_board::nearest(other, known).map(str::to_owned),
+                    nearest: jde_nearest::nearest(other, known).map(str::to_owned),
                 });
             }
         }
@@ -198,7 +199,9 @@ impl Subject for PlayedRecording {
     }
 
     fn schemas(&self) -> Schemas {
-        let mut schemas = self.player.hierarchy().schemas();
+        let mut schemas = self
+            .player
+            .timeline(|timeline| hierarchy::schemas(timeline.hierarchy()));
         for name in self.panel_store.schemas() {
             match schemas.schemas.iter_mut().find(|schema| schema.name == name) {
                 Some(schema) => schema.panel = true,
@@ -247,7 +250,8 @@ impl Subject for PlayedRecording {
     }
 
     fn snapshot(&self) -> Snapshot {
-        let mut snapshot = self.player.hierarchy().snapshot(self.player.position());
+        let mut snapshot = self.player.timeline(Timeline::snapshot);
+        snapshot.time = self.player.position();
         for schema in &mut snapshot.schemas {
             schema.period = self.period(&schema.name).unwrap_or(0);
         }
@@ -265,13 +269,13 @@ impl Subject for PlayedRecording {
                 self.set_control(variable, &setting)
             }
             Action::Touch { schema, .. } => Err(refusal(format!(
-                "this is a recording: what the panel of `{schema}` showed can be looked at, and not touched"
+                "this is a recording: the panel of `{schema}` can be seen and not touched"
             ))),
             Action::StopAll | Action::ReleaseAll | Action::Continue | Action::Step => {
                 Err(refusal("this is a recording: nothing moves".to_owned()))
             }
             other => Err(refusal(format!(
-                "this is a recording, and what `{}` did cannot be changed; `jde set {CONTROL_SCHEMA}.paused true` and the other modulations of `{CONTROL_SCHEMA}` steer how it is played",
+                "this is a recording, and what `{}` did cannot be changed; `jde set {CONTROL_SCHEMA}.paused true` and the other modulations of `{CONTROL_SCHEMA}` control the playback",
                 other.schema()
             ))),
         }

@@ -20,12 +20,12 @@ use clap::Args;
 use jde_board::Board;
 use jde_core::Nanos;
 use jde_link::{Events, Link, Settings, as_name};
+use jde_session::clock::speed;
+use jde_terminal::escape::escape;
+use jde_terminal::interrupt::SignalListener;
+use jde_terminal::{self as terminal, FAINT, TITLE, WARN};
 
-use crate::cli::clock::speed;
-use crate::escape::escape;
 use crate::failure::{Failure, display_path};
-use crate::interrupt::SignalListener;
-use crate::terminal::{self, FAINT, TITLE, WARN};
 use index::Index;
 use interface::{CONTROL_SCHEMA, PlayedRecording};
 use panel_store::PanelStore;

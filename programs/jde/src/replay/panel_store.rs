@@ -2,16 +2,15 @@
 //! touched.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use jde_core::Nanos;
 use jde_link::{OnDrawn, PanelViewer};
 use jde_panel::List;
 use jde_panel::PanelFrame;
-
-use crate::lock::lock;
+use parking_lot::Mutex;
 
 /// Shown while the recording has no drawing of a panel.
 const NO_DRAWING: &str = "nothing of it was recorded before this time";
@@ -49,10 +48,10 @@ impl PanelStore {
             failed: 0,
             list,
         };
-        if let Some(shown) = lock(&self.drawings).get_mut(schema) {
+        if let Some(shown) = self.drawings.lock().get_mut(schema) {
             *shown = Some(Arc::new(frame));
         }
-        for (viewed, on_drawn) in lock(&self.viewers).values() {
+        for (viewed, on_drawn) in self.viewers.lock().values() {
             if viewed == schema {
                 on_drawn();
             }
@@ -61,7 +60,7 @@ impl PanelStore {
 
     /// Replaces every panel by [`NO_DRAWING`]: the next drawings belong to another time.
     pub(super) fn clear(&self, time: Nanos) {
-        let schemas: Vec<_> = lock(&self.drawings).keys().cloned().collect();
+        let schemas: Vec<_> = self.drawings.lock().keys().cloned().collect();
         for schema in schemas {
             self.set_drawing(&schema, time, Err(NO_DRAWING.to_owned()));
         }
@@ -73,11 +72,11 @@ impl PanelStore {
         schema: &str,
         on_drawn: OnDrawn,
     ) -> Option<Box<dyn PanelViewer>> {
-        if !lock(&self.drawings).contains_key(schema) {
+        if !self.drawings.lock().contains_key(schema) {
             return None;
         }
         let number = self.next_number();
-        lock(&self.viewers).insert(number, (schema.to_owned(), on_drawn));
+        self.viewers.lock().insert(number, (schema.to_owned(), on_drawn));
         Some(Box::new(RecordedPanelViewer {
             store: Arc::clone(self),
             schema: schema.to_owned(),
@@ -87,7 +86,7 @@ impl PanelStore {
 
     /// The schemas that have panels.
     pub(super) fn schemas(&self) -> Vec<String> {
-        lock(&self.drawings).keys().cloned().collect()
+        self.drawings.lock().keys().cloned().collect()
     }
 
     fn next_number(&self) -> u64 {
@@ -97,12 +96,12 @@ impl PanelStore {
 
 impl PanelViewer for RecordedPanelViewer {
     fn newest(&self) -> Option<Arc<PanelFrame>> {
-        lock(&self.store.drawings).get(&self.schema)?.clone()
+        self.store.drawings.lock().get(&self.schema)?.clone()
     }
 }
 
 impl Drop for RecordedPanelViewer {
     fn drop(&mut self) {
-        lock(&self.store.viewers).remove(&self.number);
+        self.store.viewers.lock().remove(&self.number);
     }
 }

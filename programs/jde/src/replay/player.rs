@@ -1,20 +1,20 @@
 //! Plays a recording at its speed: publishes its values and lines, and follows its controls. Draws nothing.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 use jde_link::Events;
 use jde_records::RunRecord;
+use jde_timeline::Timeline;
+use parking_lot::{Condvar, Mutex};
 
 use super::clock::PlaybackClock;
-use super::hierarchy::Hierarchy;
-use super::index::{Entries, Entry, Index};
+use super::index::{Entries, Index, IndexEntry};
 use super::publisher::Publisher;
 use super::state::PlaybackState;
 use crate::failure::Failure;
-use crate::lock::lock;
 
 /// The longest wait before the position is updated if there are no messages.
 const TICK: Duration = Duration::from_millis(50);
@@ -75,18 +75,19 @@ impl Player {
 
     /// Returns the current controls.
     pub(super) fn controls(&self) -> Controls {
-        lock(&self.controls).clone()
+        self.controls.lock().clone()
     }
 
-    /// Returns the hierarchy at the position.
-    pub(super) fn hierarchy(&self) -> Hierarchy {
-        lock(&self.state).hierarchy().clone()
+    /// Returns what `read` finds in the run until the position.
+    pub(super) fn timeline<T>(&self, read: impl FnOnce(&Timeline) -> T) -> T {
+        read(self.state.lock().timeline())
     }
 
     /// Returns the last lines before the position, newest first: at most `count` of those for which `format`
     /// returns a text.
     pub(super) fn recent(&self, count: usize, format: impl Fn(&RunRecord) -> Option<String>) -> Vec<String> {
-        lock(&self.state)
+        self.state
+            .lock()
             .recent()
             .filter_map(format)
             .take(count)
@@ -134,12 +135,12 @@ impl Player {
 
     /// Whether it was stopped.
     pub(super) fn is_stopped(&self) -> bool {
-        lock(&self.controls).stop
+        self.controls.lock().stop
     }
 
     /// Goes to the position where playing starts. Call it once, before anything reads the position.
     pub(super) fn go_to_start(&self, publisher: &mut Publisher, events: &Events) -> Result<(), Failure> {
-        let position = lock(&self.controls).seek.take();
+        let position = self.controls.lock().seek.take();
         let position = position.unwrap_or(self.index.begin);
         self.restore(position, publisher, events).map(drop)
     }
@@ -152,10 +153,10 @@ impl Player {
         to_the_end: bool,
     ) -> Result<(), Failure> {
         let mut entries = self.index.entries_from(self.position())?;
-        let mut next: Option<Entry> = None;
+        let mut next: Option<IndexEntry> = None;
         let mut clock = PlaybackClock::new(self.position(), Instant::now(), self.controls().speed);
         loop {
-            let mut controls = lock(&self.controls);
+            let mut controls = self.controls.lock();
             if controls.stop {
                 return Ok(());
             }
@@ -167,7 +168,8 @@ impl Player {
                 continue;
             }
             if controls.paused && controls.steps == 0 {
-                let speed = self.wait(controls, TICK).speed;
+                self.changed.wait_for(&mut controls, TICK);
+                let speed = controls.speed;
                 clock = PlaybackClock::new(self.position(), Instant::now(), speed);
                 continue;
             }
@@ -176,7 +178,7 @@ impl Player {
             if next.is_none() {
                 next = entries.next();
             }
-            let Some(due) = next.as_ref().map(Entry::time) else {
+            let Some(due) = next.as_ref().map(IndexEntry::time) else {
                 self.position.store(self.index.end, Ordering::Relaxed);
                 controls.steps = 0;
                 if controls.looping {
@@ -194,25 +196,26 @@ impl Player {
                 let now = clock.advance(Instant::now(), speed);
                 if due > now {
                     self.position.store(now, Ordering::Relaxed);
-                    drop(self.wait(controls, clock.time_until(now, due).min(TICK)));
+                    self.changed
+                        .wait_for(&mut controls, clock.time_until(now, due).min(TICK));
                     continue;
                 }
             }
             drop(controls);
             self.position.store(due, Ordering::Relaxed);
             if let Some(next) = &next {
-                lock(&self.state).apply(next);
+                self.state.lock().apply(next);
             }
             match next.take() {
-                Some(Entry::Value(value)) => publisher.publish(&value),
-                Some(Entry::Line(_, line)) => {
+                Some(IndexEntry::Value(value)) => publisher.publish(&value),
+                Some(IndexEntry::Line(_, line)) => {
                     let takeover = matches!(&line, RunRecord::Decision(decision) if decision.changed);
                     events.push(line);
                     if stepping && takeover {
                         self.update_controls(|controls| controls.steps = controls.steps.saturating_sub(1));
                     }
                 }
-                Some(Entry::Cycle(_)) | None => {}
+                Some(IndexEntry::Cycle(_)) | None => {}
             }
         }
     }
@@ -226,12 +229,12 @@ impl Player {
     ) -> Result<Entries, Failure> {
         self.at_end.store(false, Ordering::Relaxed);
         // Move a copy: holding the lock while reading would block viewers.
-        let mut state = lock(&self.state).clone();
+        let mut state = self.state.lock().clone();
         // `jde why` needs the skipped lines too.
         for line in state.seek(&self.index, position, self.position())? {
             events.push(line);
         }
-        *lock(&self.state) = state;
+        *self.state.lock() = state;
         publisher.clear(position);
         for value in self.index.latest_values(position)? {
             publisher.publish(&value);
@@ -241,13 +244,8 @@ impl Player {
     }
 
     fn update_controls(&self, change: impl FnOnce(&mut Controls)) {
-        change(&mut lock(&self.controls));
+        change(&mut self.controls.lock());
         self.changed.notify_all();
-    }
-
-    fn wait<'w>(&self, controls: MutexGuard<'w, Controls>, time: Duration) -> MutexGuard<'w, Controls> {
-        let waited = self.changed.wait_timeout(controls, time);
-        waited.map_or_else(|poisoned| poisoned.into_inner().0, |(controls, _)| controls)
     }
 }
 

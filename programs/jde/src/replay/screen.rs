@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
 use jde_records::RunRecord;
+use jde_terminal as terminal;
+use jde_terminal::escape::escape;
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 use ratatui::layout::{Constraint, Layout};
@@ -13,8 +15,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Gauge, Paragraph};
 
 use super::player::Player;
-use crate::escape::escape;
-use crate::terminal;
 
 /// Time between two redraws.
 const REDRAW: Duration = Duration::from_millis(50);
@@ -91,12 +91,13 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
     ));
     frame.render_widget(gauge, gauge_area);
 
-    let snapshot = player.hierarchy().snapshot(position);
-    let winners = snapshot
-        .groups
-        .iter()
-        .map(|group| format!("{} ▸ {}", group.name, snapshot.winner_name(group)));
-    let winners = winners.collect::<Vec<_>>().join("   ");
+    let winners = player.timeline(|timeline| {
+        let hierarchy = timeline.hierarchy();
+        let groups = hierarchy.groups().iter().zip(timeline.groups());
+        let winners =
+            groups.map(|(group, known)| format!("{} ▸ {}", group.name, hierarchy.name(known.winner())));
+        winners.collect::<Vec<_>>().join("   ")
+    });
     frame.render_widget(
         Paragraph::new(vec![Line::default(), Line::from(escape(&winners))]),
         winners_area,

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use jde_core::Nanos;
 use jde_records::RunRecord;
+use jde_timeline::Timeline;
 
-use super::hierarchy::Hierarchy;
-use super::index::{Entry, Index};
+use super::index::{Index, IndexEntry};
 use crate::failure::Failure;
 
 /// Number of times at which the hierarchy is kept. Going back reads up to two of the intervals between them.
@@ -19,13 +19,13 @@ const MAX_RECENT: usize = 3000;
 /// The state before a position.
 #[derive(Clone)]
 pub(super) struct PlaybackState {
-    /// The hierarchy before the first message of a time.
-    checkpoints: BTreeMap<Nanos, Arc<Hierarchy>>,
+    /// The run before the first message of a time.
+    checkpoints: BTreeMap<Nanos, Arc<Timeline>>,
     /// Time between two checkpoints.
     interval: Nanos,
     /// The time of the last message.
     last: Nanos,
-    hierarchy: Hierarchy,
+    timeline: Timeline,
     recent: VecDeque<(Nanos, RunRecord)>,
 }
 
@@ -36,14 +36,14 @@ impl PlaybackState {
             checkpoints: BTreeMap::from([(0, Arc::new(index.initial.clone()))]),
             interval: (index.end / CHECKPOINTS).max(1),
             last: 0,
-            hierarchy: index.initial.clone(),
+            timeline: index.initial.clone(),
             recent: VecDeque::new(),
         }
     }
 
-    /// Returns the hierarchy.
-    pub(super) fn hierarchy(&self) -> &Hierarchy {
-        &self.hierarchy
+    /// Returns the run so far.
+    pub(super) fn timeline(&self) -> &Timeline {
+        &self.timeline
     }
 
     /// Returns the last lines, newest first.
@@ -52,24 +52,25 @@ impl PlaybackState {
     }
 
     /// Applies the next entry.
-    pub(super) fn apply(&mut self, next: &Entry) {
+    pub(super) fn apply(&mut self, next: &IndexEntry) {
         let time = next.time();
         if time / self.interval > self.last / self.interval {
             self.checkpoints
                 .entry(time)
-                .or_insert_with(|| Arc::new(self.hierarchy.clone()));
+                .or_insert_with(|| Arc::new(self.timeline.clone()));
         }
         self.last = self.last.max(time);
         match next {
-            Entry::Value(_) => {}
-            Entry::Line(_, line) => {
-                self.hierarchy.apply(line);
+            IndexEntry::Value(_) => {}
+            IndexEntry::Line(_, line) => {
+                self.timeline.add(line);
                 if self.recent.len() == MAX_RECENT {
                     self.recent.pop_front();
                 }
                 self.recent.push_back((time, line.clone()));
             }
-            Entry::Cycle(cycle) => self.hierarchy.apply_cycle(cycle),
+            IndexEntry::Cycle(cycle) if cycle.iterated => self.timeline.add_iteration(cycle.schema),
+            IndexEntry::Cycle(_) => {}
         }
     }
 
@@ -89,7 +90,7 @@ impl PlaybackState {
         let Some((&from, checkpoint)) = before.next().or(nearest) else {
             return Ok(Vec::new());
         };
-        self.hierarchy = Hierarchy::clone(checkpoint);
+        self.timeline = Timeline::clone(checkpoint);
         self.last = from;
         self.recent.clear();
         for next in index
@@ -154,8 +155,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let index = recording(&folder.path().join("long.mcap"), 20_000);
         let mut playback = PlaybackState::new(&index);
-        let schema_state =
-            |playback: &PlaybackState, position| playback.hierarchy().snapshot(position).schemas[0].state;
+        let schema_state = |playback: &PlaybackState| playback.timeline().schemas()[0].state();
         // Forward and back again: the state does not depend on the direction.
         for number in [20_000, 3, 19_999, 12_346, 12_345, 12_344, 0, 7_000] {
             let position = number * 10_000_000;
@@ -165,7 +165,7 @@ mod tests {
             assert_eq!(passed.len() as u64, number.min(5), "{number}");
             let asleep = number % 2 == 0;
             assert_eq!(
-                schema_state(&playback, position) == jde_core::State::Slept,
+                schema_state(&playback) == jde_core::State::Slept,
                 asleep,
                 "{number}"
             );

@@ -3,6 +3,7 @@
 
 use std::env;
 
+use jde_terminal::escape::escape;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout};
 use ratatui::style::{Color, Modifier, Style};
@@ -11,7 +12,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 
 use super::traces::Traces;
-use crate::escape::escape;
 
 /// Colours of the terminal's theme that are easy to distinguish.
 const COLORS: [Color; 6] = [
@@ -126,13 +126,13 @@ mod tests {
     use ratatui::backend::TestBackend;
 
     use super::*;
-    use crate::strip_chart::Sample;
+    use crate::strip_chart::TracePoint;
 
     #[test]
     fn a_chart_has_names_newest_numbers_axes_and_keys() {
         let mut traces = Traces::new(vec!["goon.speed [m/s]".to_owned()]);
         for step in 0..100 {
-            traces.add(Sample {
+            traces.add(TracePoint {
                 trace: 0,
                 time: f64::from(step) * 0.1,
                 value: f64::from(step),

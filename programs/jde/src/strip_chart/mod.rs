@@ -1,6 +1,6 @@
 //! A strip chart in a terminal: numbers over time, one trace each, drawn as they arrive.
 //!
-//! It reads its numbers through [`Source`] alone, and does not depend on where they come from.
+//! It reads its numbers through [`NumberSource`] alone, and does not depend on where they come from.
 
 mod draw;
 mod traces;
@@ -8,9 +8,9 @@ mod traces;
 use std::io;
 use std::time::{Duration, Instant};
 
+use jde_terminal as terminal;
 use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 
-use crate::terminal;
 use traces::Traces;
 
 /// Time between two redraws.
@@ -19,9 +19,9 @@ const REDRAW: Duration = Duration::from_millis(50);
 const WINDOWS: [f64; 7] = [2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0];
 
 /// A source of numbers.
-pub(crate) trait Source {
+pub(crate) trait NumberSource {
     /// Returns the numbers that arrived since the last call, in order. It does not wait.
-    fn take_samples(&mut self) -> Vec<Sample>;
+    fn take_samples(&mut self) -> Vec<TracePoint>;
 
     /// Returns a text for the line below the picture, for example that the application is gone.
     fn status(&self) -> Option<String>;
@@ -32,7 +32,7 @@ pub(crate) trait Source {
 
 /// A number of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sample {
+pub(crate) struct TracePoint {
     /// The index of the trace.
     pub(crate) trace: usize,
     /// Time, s.
@@ -45,7 +45,7 @@ pub(crate) struct Sample {
 ///
 /// # Errors
 /// Standard input or output is not a terminal, or the terminal is gone.
-pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn Source) -> io::Result<()> {
+pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn NumberSource) -> io::Result<()> {
     terminal::with_screen(|terminal| {
         let mut traces = Traces::new(names);
         let mut window = 2;

@@ -1,8 +1,8 @@
 //! The numbers of all traces, up to the longest time that can be shown.
 
-use std::collections::VecDeque;
+use jde_timeline::{Trace, range};
 
-use super::Sample;
+use super::TracePoint;
 
 /// Numbers kept for a trace: half an hour at 50 per second.
 const MAX_POINTS: usize = 90_000;
@@ -10,7 +10,7 @@ const MAX_POINTS: usize = 90_000;
 /// The numbers of all traces.
 pub(super) struct Traces {
     pub(super) names: Vec<String>,
-    points: Vec<VecDeque<(f64, f64)>>,
+    traces: Vec<Trace>,
     now: f64,
     /// The time at the right edge while the picture is paused.
     paused: Option<f64>,
@@ -19,7 +19,7 @@ pub(super) struct Traces {
 impl Traces {
     pub(super) fn new(names: Vec<String>) -> Self {
         Self {
-            points: vec![VecDeque::new(); names.len()],
+            traces: vec![Trace::new(MAX_POINTS); names.len()],
             names,
             now: 0.0,
             paused: None,
@@ -28,17 +28,13 @@ impl Traces {
 
     /// Adds a number. If time goes back by more than 1 s, all traces start anew: the application was
     /// restarted, or a recording was moved back.
-    pub(super) fn add(&mut self, sample: Sample) {
+    pub(super) fn add(&mut self, sample: TracePoint) {
         if sample.time + 1.0 < self.now {
             self.clear();
         }
         self.now = self.now.max(sample.time);
-        let Some(points) = self.points.get_mut(sample.trace) else {
-            return;
-        };
-        points.push_back((sample.time, sample.value));
-        if points.len() > MAX_POINTS {
-            points.pop_front();
+        if let Some(trace) = self.traces.get_mut(sample.trace) {
+            trace.add(sample.time, sample.value);
         }
     }
 
@@ -54,7 +50,7 @@ impl Traces {
     }
 
     pub(super) fn clear(&mut self) {
-        self.points.iter_mut().for_each(VecDeque::clear);
+        self.traces.iter_mut().for_each(Trace::clear);
         (self.now, self.paused) = (0.0, None);
     }
 
@@ -63,25 +59,20 @@ impl Traces {
         self.paused.unwrap_or(self.now)
     }
 
-    /// Returns the newest number of a trace.
+    /// Returns the newest number of a trace; `None` in a gap.
     pub(super) fn newest(&self, trace: usize) -> Option<f64> {
-        let end = self.end();
-        let mut shown = self.points[trace].iter().rev();
-        shown.find(|(time, _)| *time <= end).map(|(_, value)| *value)
+        self.traces[trace].at(self.end())
     }
 
     /// Returns the finite numbers of a trace in the last `window` seconds, each as (seconds relative to the
     /// end, number). A number that is not finite ends a piece.
     pub(super) fn pieces(&self, trace: usize, window: f64) -> Vec<Vec<(f64, f64)>> {
         let end = self.end();
-        let points = &self.points[trace];
-        let first = points.partition_point(|(time, _)| *time < end - window);
-        // One number before the window, so that the line reaches the left edge.
-        let shown = points.range(first.saturating_sub(1)..);
         let mut pieces = vec![Vec::new()];
-        for (time, value) in shown.take_while(|(time, _)| *time <= end) {
+        // It begins before the window, so that the line reaches the left edge.
+        for (time, value) in self.traces[trace].between(end - window, end) {
             match (value.is_finite(), pieces.last_mut()) {
-                (true, Some(piece)) => piece.push((time - end, *value)),
+                (true, Some(piece)) => piece.push((time - end, value)),
                 _ => pieces.push(Vec::new()),
             }
         }
@@ -93,14 +84,9 @@ impl Traces {
     /// are equal.
     pub(super) fn range(&self, window: f64) -> (f64, f64) {
         let pieces = (0..self.names.len()).flat_map(|trace| self.pieces(trace, window));
-        let values = pieces.flatten().map(|(_, value)| value);
-        let (least, greatest) = values
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
-                (least.min(value), greatest.max(value))
-            });
-        if least > greatest {
+        let Some((least, greatest)) = range(pieces.flatten().map(|(_, value)| value)) else {
             return (0.0, 1.0);
-        }
+        };
         let margin = ((greatest - least) * 0.05)
             .max(greatest.abs().max(least.abs()) * 1e-3)
             .max(1e-6);
@@ -115,7 +101,7 @@ mod tests {
     fn traces(values: &[(f64, f64)]) -> Traces {
         let mut traces = Traces::new(vec!["v".to_owned()]);
         for (time, value) in values {
-            traces.add(Sample {
+            traces.add(TracePoint {
                 trace: 0,
                 time: *time,
                 value: *value,
@@ -143,7 +129,7 @@ mod tests {
     fn a_paused_chart_does_not_move_when_numbers_arrive() {
         let mut traces = traces(&[(0.0, 1.0), (1.0, 2.0)]);
         traces.pause();
-        traces.add(Sample {
+        traces.add(TracePoint {
             trace: 0,
             time: 1.5,
             value: 9.0,
@@ -157,7 +143,7 @@ mod tests {
     #[test]
     fn a_decreasing_time_starts_again() {
         let mut traces = traces(&[(100.0, 1.0), (101.0, 2.0)]);
-        traces.add(Sample {
+        traces.add(TracePoint {
             trace: 0,
             time: 0.1,
             value: 5.0,

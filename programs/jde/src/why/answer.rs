@@ -175,7 +175,7 @@ impl Question {
                 last.time_s
             ),
             (Some(name), _) if won == 0 => format!(
-                "{name} took over at no time from {:.2} s to {:.2} s",
+                "{name} never took over from {:.2} s to {:.2} s",
                 first.time_s, last.time_s
             ),
             (Some(name), Some(loser)) => {

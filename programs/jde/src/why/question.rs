@@ -118,7 +118,9 @@ mod tests {
         let schemas = ["stop", "vff", "goon", "example"].map(str::to_owned);
         Question::parse(&words, &schemas, &["roots".to_owned(), "example/base".to_owned()]).map_err(
             |failure| match failure {
-                Failure::Usage { message, help } => format!("{message}; {help}"),
+                Failure::Run(crate::failure::RunFailure::Usage { message, help }) => {
+                    format!("{message}; {help}")
+                }
                 other => other.to_string(),
             },
         )

@@ -146,7 +146,7 @@ fn a_schema_that_was_not_awake_is_marked_as_such() {
         &mut output,
     )
     .unwrap();
-    let text = crate::escape::without_styles(&String::from_utf8(output).unwrap());
+    let text = jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap());
     assert!(
         text.starts_with("example/base at 32.000 s: nobody -> vff"),
         "{text}"
@@ -156,7 +156,7 @@ fn a_schema_that_was_not_awake_is_marked_as_such() {
 
 #[test]
 fn a_question_without_a_match_is_answered_with_the_reason() {
-    assert_eq!(error("stop"), "stop took over at no time from 0.00 s to 31.00 s");
+    assert_eq!(error("stop"), "stop never took over from 0.00 s to 31.00 s");
     assert_eq!(
         error("vff from stop"),
         "vff never took over from stop, only from goon"
@@ -177,13 +177,13 @@ fn an_answer_shows_case_decider_cause_and_every_candidate() {
         &mut output,
     )
     .unwrap();
-    let text = crate::escape::without_styles(&String::from_utf8(output).unwrap());
+    let text = jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap());
     let expected = "\
 example/base at 12.402 s: goon -> vff  (selection 3)
-  because     only vff is ready
+  reason      only vff is ready
   case        alone: exactly one was ready, so there is no choice
   decided by  nobody: there was no choice
-  set off by  the readiness of vff changed
+  cause       the readiness of vff changed
   took        400 µs from the cause to its first iteration
   candidates  stop  checking not ready  <- its precondition did not hold
               vff   checking ready  <- chosen
@@ -214,7 +214,7 @@ fn an_answer_shows_how_the_commands_of_the_chosen_schema_were_limited() {
     let decisions = drive();
     let answer = question("vff goon 12.4s").answer(&decisions, &limits, KNOWN);
     write(&answer, None, &mut output).unwrap();
-    let text = crate::escape::without_styles(&String::from_utf8(output).unwrap());
+    let text = jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap());
     assert!(
         text.contains("limited     at 12.600 s: guard: too fast at 12.6\n"),
         "{text}"

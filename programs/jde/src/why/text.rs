@@ -4,10 +4,10 @@ use std::io::{self, Write};
 
 use jde_records::wire::state_name;
 use jde_records::{CandidateRecord, Decision};
+use jde_session::record_text::{format_micros, format_takeover};
+use jde_terminal::{FAINT, GOOD, TITLE, WARN};
 
 use super::answer::Answer;
-use crate::record_text::{format_micros, format_takeover};
-use crate::terminal::{FAINT, GOOD, TITLE, WARN};
 
 /// Prints an answer. `marked` is the schema of the question, which is marked among the candidates.
 ///
@@ -70,10 +70,10 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         output,
         "{TITLE}{group}{TITLE:#} at {time_s:.3} s: {what}  {FAINT}(selection {number}){FAINT:#}"
     )?;
-    writeln!(output, "  because     {reason}")?;
+    writeln!(output, "  reason      {reason}")?;
     writeln!(output, "  case        {case}: {}", decision.case_text())?;
     writeln!(output, "  decided by  {}", decision.decider_text())?;
-    writeln!(output, "  set off by  {cause}")?;
+    writeln!(output, "  cause       {cause}")?;
     if let Some(took) = takeover_us {
         writeln!(
             output,

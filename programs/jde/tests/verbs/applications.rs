@@ -1,5 +1,7 @@
 //! Applications that come with jde, in lockstep: they do what their first lines say.
 
+use std::fs;
+
 use serde_json::Value;
 
 use crate::support::{jde_with_plugins, json, output_of, root};
@@ -55,7 +57,7 @@ fn navigate_gets_out_of_where_it_is_stuck_or_gives_up_in_words() {
             "0.0000      arrived"
         };
         assert!(measured(arrived), "{place}: {output:?}");
-        let words = "in vain: turned, cleared the map, waited";
+        let words = "gives up the target at 9.00, 4.00: no way leads to the goal";
         assert_eq!(output.err.contains(words), !arrives, "{place}: {output:?}");
     }
 }
@@ -121,9 +123,10 @@ fn follow_person_goes_through_doors_and_around_corners_after_somebody() {
 }
 
 #[test]
-fn slam_goes_where_it_shall_in_a_building_that_it_does_not_know() {
+fn navigate_goes_where_it_shall_although_its_wheels_drift() {
     let route = "navigate.route={poses=[[9.55, 7.1, 0], [3.55, 2.6, 0]]}";
-    let result = run("slam", &["--for", "300s", "--set", route]);
+    let wheels = "robot.wheel_error=0.01";
+    let result = run("navigate", &["--for", "300s", "--set", wheels, "--set", route]);
     assert_eq!(
         (&result["outcome"], &result["reached"]),
         (&"done".into(), &2.into()),
@@ -135,7 +138,7 @@ fn slam_goes_where_it_shall_in_a_building_that_it_does_not_know() {
 fn slam_log_saves_the_map_of_the_whole_recorded_drive() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("hall.yaml");
-    let set = format!("slam.file={}", file.display());
+    let set = format!("slam.map_file_name={}", file.display());
     let result = run("slam-log", &["--set", &set]);
     assert_eq!(result["outcome"], "done", "{result}");
     let files = std::fs::read_dir(folder.path()).unwrap();
@@ -170,11 +173,44 @@ fn localize_log_finds_the_robot_of_the_recorded_drive_on_the_map() {
     assert_eq!(output.status, Some(0), "{output:?}");
 }
 
+/// A box that no map has stands in the corridor, with 0.6 m free on each side of it, or closes it.
+#[test]
+fn robots_drive_around_what_is_on_no_map_or_take_another_way() {
+    let office = fs::read_to_string(root().join("worlds/office.toml")).expect("the world exists");
+    let folder = tempfile::tempdir().expect("a folder");
+    for (width, applications) in [
+        (1.0, &["localize", "navigate"][..]),
+        (2.4, &["localize", "navigate"]),
+    ] {
+        let blockade =
+            format!("boxes = [\n  {{ name = \"box\", center = [12, 7.1], size = [0.6, {width}] }},");
+        let world = folder.path().join(format!("{width}.toml"));
+        let blocked = office.replace("boxes = [", &blockade);
+        assert_ne!(blocked, office, "the world has a list of boxes");
+        fs::write(&world, blocked).expect("the folder is writable");
+        let world = format!("robot.world={}", world.display());
+        for application in applications {
+            let route = "navigate.route={poses=[[16.75, 7.1, 0]]}";
+            let result = run(application, &["--for", "200s", "--set", &world, "--set", route]);
+            assert_eq!(result["outcome"], "done", "{application} {width}: {result}");
+        }
+    }
+}
+
+/// No way leads to a place off the map, and the robot says so without driving.
+#[test]
+fn a_target_off_the_map_is_given_up_soon() {
+    let result = run("localize", &["--set", "navigate.route={poses=[[1000, 1000, 0]]}"]);
+    assert_eq!(result["outcome"], "failed", "{result}");
+    let seconds = result["sim_seconds"].as_f64();
+    assert!(seconds.is_some_and(|seconds| seconds < 5.0), "{result}");
+}
+
 #[test]
 fn vacuum_covers_two_rooms_around_a_table_that_its_map_does_not_know() {
     let world = format!("robot.world={}", root().join("worlds/rooms.toml").display());
     let map = format!("map.file={}", root().join("worlds/map/rooms.yaml").display());
-    let starts = ["robot.start=[[1, 1, 0]]", "localize.initial=[[1, 1, 0]]"];
+    let starts = ["robot.start=[[1, 1, 0]]", "localize.initial_pose=[[1, 1, 0]]"];
     let result = run(
         "vacuum",
         &[

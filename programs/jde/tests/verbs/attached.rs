@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 
 use jde_watchdog::Watchdog;
 use serde_json::Value;
@@ -47,13 +47,18 @@ impl Sandbox {
     }
 
     /// Starts a process and waits until tools find its application.
-    pub(crate) fn spawn(&self, command: Command, options: &[&str]) -> Running {
+    pub(crate) fn spawn(&self, mut command: Command, options: &[&str]) -> Running {
+        command.args(options);
+        self.spawn_printing(command, Stdio::null())
+    }
+
+    /// Starts a process that prints to `output`, and waits until tools find its application.
+    pub(crate) fn spawn_printing(&self, command: Command, output: Stdio) -> Running {
         let before = self.apps().len();
         let process = self
             .command(command)
-            .args(options)
             .stdin(Stdio::null())
-            .stdout(Stdio::null())
+            .stdout(output)
             .stderr(Stdio::null())
             .spawn()
             .expect("the executable starts");
@@ -124,6 +129,11 @@ impl Sandbox {
 }
 
 impl Running {
+    /// Returns the reading end of its piped output, once.
+    pub(crate) fn take_output(&mut self) -> Option<ChildStdout> {
+        self.process.stdout.take()
+    }
+
     pub(crate) fn id(&self) -> u32 {
         self.process.id()
     }
@@ -216,6 +226,8 @@ fn verbs_suggest_the_nearest_name_for_an_unknown_one() {
         (&["get", "pioneer.laser.rangs"], "did you mean `ranges`?"),
         (&["stop", "gon"], "did you mean `goon`?"),
         (&["set", "goon.fst", "1"], "did you mean `goon.fast`?"),
+        (&["get", "goon.nosuch"], "`goon` has goon."),
+        (&["set", "goon.nosuch", "1"], "`goon` has goon.target, "),
         (&["why", "vf"], "did you mean `vff`?"),
         (&["watch", "pioneer.odometr"], "did you mean `pioneer.odometry`?"),
     ] {
@@ -223,6 +235,30 @@ fn verbs_suggest_the_nearest_name_for_an_unknown_one() {
         assert_eq!(output.status, Some(2), "{args:?}: {output:?}");
         assert!(output.err.contains(suggestion), "{args:?}: {output:?}");
     }
+}
+
+#[test]
+fn set_names_the_present_name_of_a_modulation_that_was_renamed() {
+    let sandbox = Sandbox::new();
+    let _robot = sandbox.start("apps/wander.toml", &[]);
+    let renamed = sandbox.run(&["set", "wander.fast", "0.3"]);
+    assert_eq!(renamed.status, Some(2), "{renamed:?}");
+    assert!(
+        renamed
+            .err
+            .contains("`wander.fast` is called `wander.vx_max` now"),
+        "{renamed:?}"
+    );
+}
+
+#[test]
+fn the_meaning_of_a_variable_is_printed_in_full() {
+    let sandbox = Sandbox::new();
+    let _robot = navigation(&sandbox);
+    let docs = sandbox.run_ok(&["vars", "vff.*", "--docs"]);
+    assert!(docs.contains("at the area's edge; the father must"), "{docs}");
+    let panels = sandbox.run_ok(&["panel"]);
+    assert!(panels.lines().all(|line| line.ends_with('.')), "{panels}");
 }
 
 #[test]

@@ -83,6 +83,33 @@ fn lines(folder: &Path) -> Vec<Value> {
 }
 
 #[test]
+fn a_step_may_use_the_former_name_of_a_parameter() {
+    let folder = tempfile::tempdir().unwrap();
+    let application = root().join("apps/wander.toml");
+    let text = format!(
+        r#"
+application = {application:?}
+for = "1s"
+
+[[steps]]
+at  = "500ms"
+set = {{ "wander.fast" = 0.1 }}
+
+[measure]
+slow = {{ last = "wander.vx_max" }}
+"#
+    );
+    fs::write(folder.path().join("slow.toml"), text).unwrap();
+    let run = experiment(folder.path(), &["slow.toml", "--out", "out"]);
+    assert_eq!(run.status, Some(0), "{run:?}");
+    assert!(run.err.contains("is now called `vx_max`"), "{run:?}");
+    let [_, csv, _] = &results(&folder.path().join("out"))[..] else {
+        panic!("there are three files of results");
+    };
+    assert!(csv.contains(",0.1"), "{csv}");
+}
+
+#[test]
 fn results_do_not_depend_on_the_number_of_jobs_and_are_in_order() {
     let folder = tempfile::tempdir().unwrap();
     pair(folder.path());

@@ -177,6 +177,12 @@ fn describe_shows_ports_with_their_types_and_limits() {
     ] {
         assert!(describe.out.contains(part), "{part}: {}", describe.out);
     }
+    let guide = output_of(&mut jde_with_plugins(&["describe", "guide"])).out;
+    let mut rows = guide.lines().filter(|line| line.starts_with("  patrol "));
+    assert!(
+        rows.any(|row| row.ends_with("always")),
+        "a table is a line for each row: {guide}"
+    );
     let by_type = output_of(&mut jde_with_plugins(&["describe", "sim/robot"]));
     assert!(by_type.out.contains("in force for 500 ms"), "{}", by_type.out);
 }

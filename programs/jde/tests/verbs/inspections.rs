@@ -104,6 +104,53 @@ fn a_wrong_modulation_is_reported_with_its_line_and_nothing_starts() {
 }
 
 #[test]
+fn the_faults_of_a_file_that_an_application_names_are_shown_with_their_lines() {
+    for (schema, name, text, shown) in [
+        (
+            "type = \"sim/robot\"\nworld = \"w.toml\"",
+            "w.toml",
+            "[[circles]]\ncenter = [0, 0]\nradius = -1\n",
+            [
+                "w.toml:3:10: `radius` of circle 1 is -1: expected more than 0",
+                "    3 | radius = -1",
+                "      |          ^^",
+            ],
+        ),
+        (
+            "type = \"sim/robot\"\nmodel = \"r.toml\"\nworld = \"w.toml\"",
+            "r.toml",
+            "bumper = true\n",
+            [
+                "r.toml:1:1: unknown key `bumper` in the robot",
+                "    1 | bumper = true",
+                "      | ^^^^^^",
+            ],
+        ),
+        (
+            "type = \"map/file\"\nfile = \"m.yaml\"",
+            "m.yaml",
+            "image: m.pgm\nresolution: 5 cm\norigin: [0, 0, 0]\n",
+            [
+                "m.yaml:2:13: `resolution` is not a number: expected more than 0 m",
+                "    2 | resolution: 5 cm",
+                "      |             ^^^^",
+            ],
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("w.toml"), "").unwrap();
+        fs::write(folder.path().join(name), text).unwrap();
+        let application = format!("[schemas.it]\n{schema}\n");
+        fs::write(folder.path().join("app.toml"), application).unwrap();
+        let check = output_of(jde_with_plugins(&["check", "app.toml"]).current_dir(&folder));
+        assert_eq!(check.status, Some(2), "{check:?}");
+        for line in shown {
+            assert!(check.err.contains(line), "`{line}` is not in: {}", check.err);
+        }
+    }
+}
+
+#[test]
 fn an_inspection_tells_an_import_that_is_bound_from_one_that_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let body = "jde_sample near;\n\

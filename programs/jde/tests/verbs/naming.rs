@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::Case;
-use jde_log::{Options, Origin, Recorder};
+use jde_recorder::{Origin, Recorder, RecorderOptions};
 use jde_records::{DecidedBy, Decision, RunRecord};
 use serde_json::Value;
 
@@ -52,6 +52,19 @@ fn get_finds_an_imported_variable_in_the_importer_while_its_source_does_not_run(
     let listed = sandbox.run_ok(&["vars", "robot3:*", "--app", "importer"]);
     assert!(listed.contains("robot3:talker.count"), "{listed}");
     assert!(!listed.contains("listener"), "{listed}");
+}
+
+#[test]
+fn a_verb_for_running_applications_that_gets_a_file_names_the_verbs_for_recordings() {
+    let sandbox = Sandbox::new();
+    let file = sandbox.folder().join("drive.mcap");
+    fs::write(&file, "").unwrap();
+    let file = file.display().to_string();
+    for verb in ["events", "ps", "why"] {
+        let output = refused(&sandbox, &[verb, &file]);
+        let advice = format!("use `jde info {file}`, `jde report {file}` or `jde why --in {file}`");
+        assert!(output.err.contains(&advice), "{verb}: {output:?}");
+    }
 }
 
 #[test]
@@ -124,7 +137,7 @@ fn why_refuses_a_time_after_the_end_of_the_data() {
 fn the_time_range_of_a_recording_begins_at_its_first_message() {
     let sandbox = Sandbox::new();
     let file = sandbox.folder().join("quiet.mcap");
-    let options = Options {
+    let options = RecorderOptions {
         origin: Origin {
             application: "quiet".to_owned(),
             seed: 0,

@@ -429,8 +429,7 @@ fn a_new_robot_is_small_or_a_copy_and_never_replaces_a_file() {
     assert_eq!(model("trolley").name, "trolley");
 
     assert_eq!(new("scout", &["--from", "pioneer-3dx"]).status, Some(0));
-    let (scout, pioneer) = (model("scout"), jde_sim::SHIPPED_ROBOTS[2]);
-    let pioneer = jde_sim::RobotModel::parse(pioneer.1, pioneer.0).unwrap();
+    let (scout, pioneer) = (model("scout"), jde_sim::RobotModel::find("pioneer-3dx").unwrap());
     assert_eq!(scout.name, "scout");
     assert_eq!((&scout.config, &scout.sonars), (&pioneer.config, &pioneer.sonars));
 

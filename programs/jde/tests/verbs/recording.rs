@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use jde_log::{Message, Recording, record};
+use jde_log::{RecordedMessage, Recording, record};
 use jde_records::event::What;
 use jde_ros::cdr;
 use jde_types::{LaserScan, Mission, Value};
@@ -10,12 +10,12 @@ use jde_types::{LaserScan, Mission, Value};
 use crate::support::{app, jde, jde_with_plugins, json, output_of};
 
 /// Returns the messages of a topic.
-fn on_topic<'m>(messages: &'m [Message], topic: &str) -> Vec<&'m Message> {
+fn on_topic<'m>(messages: &'m [RecordedMessage], topic: &str) -> Vec<&'m RecordedMessage> {
     let on_topic = messages.iter().filter(|message| message.channel.topic == topic);
     on_topic.collect()
 }
 
-fn value<T: Value>(message: &Message) -> T {
+fn value<T: Value>(message: &RecordedMessage) -> T {
     let bytes = cdr::decode(&T::describe(), &message.data).expect("the message has this type");
     T::from_bytes(&bytes).expect("the length fits the type")
 }
@@ -47,7 +47,7 @@ fn r15_r16_a_run_in_lockstep_is_recorded_completely() {
 
     let recording = Recording::open(&file).unwrap();
     assert_eq!(recording.damage(), None);
-    let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
+    let messages: Vec<RecordedMessage> = recording.messages().unwrap().map(Result::unwrap).collect();
     assert_eq!(summary["recording"]["kept"], messages.len());
     assert_eq!(summary["recording"]["lost"], 0);
     let start: u64 = recording.metadata("jde").unwrap()["start_ns"].parse().unwrap();
@@ -191,7 +191,7 @@ fn r16_conditions_give_the_same_files_in_each_run_in_lockstep() {
         let path = folder.path().join(format!("a/drive-{:03}.mcap", index + 1));
         let recording = Recording::open(&path).unwrap();
         assert_eq!(recording.damage(), None);
-        let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
+        let messages: Vec<RecordedMessage> = recording.messages().unwrap().map(Result::unwrap).collect();
         assert_eq!(file["kept"], messages.len());
         assert_eq!(file["lost"], 0);
         let start: u64 = recording.metadata("jde").unwrap()["start_ns"].parse().unwrap();
@@ -337,7 +337,7 @@ fn r19_a_recording_shows_the_end_of_a_value_by_its_validity() {
     );
     assert_eq!(run.status, Some(0), "{}", run.err);
     let recording = Recording::open(&folder.path().join("run.mcap")).unwrap();
-    let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
+    let messages: Vec<RecordedMessage> = recording.messages().unwrap().map(Result::unwrap).collect();
     let last = on_topic(&messages, "/eye/laser").last().unwrap().log_time;
     let ends = on_topic(&messages, "/jde/events").into_iter().filter(|message| {
         record::read(message).is_some_and(|record| record.retracted_variable() == Some("eye.laser"))

@@ -36,7 +36,7 @@ fn r16_a_replay_with_the_same_selections_and_values_succeeds() {
     );
     assert!(verdict["same"].as_u64().unwrap() > 10, "{verdict}");
     assert!(
-        same.err.contains(" selections and ") && same.err.contains(" values are as they were"),
+        same.err.contains(" selections and ") && same.err.contains(" values equal the recorded ones"),
         "{}",
         same.err
     );
@@ -100,7 +100,7 @@ fn a_replay_reports_the_first_selection_that_a_changed_value_alters() {
         "then ",
         "now ",
         "saw laser (value ",
-        " values are not as they were",
+        " values differ from the recorded ones",
     ] {
         assert!(output.contains(part), "`{part}` is not in:\n{output}");
     }

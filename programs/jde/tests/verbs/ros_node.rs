@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use jde_ros::interface::standard;
+use jde_ros_node::interface::standard;
 use jde_ros_node::{Client, Node, NodeConfig, Quality, Service, Settings, Topic};
 use serde_json::{Value, json};
 

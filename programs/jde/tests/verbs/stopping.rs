@@ -36,6 +36,11 @@ fn r14_stop_all_stops_every_application_and_release_all_lets_them_continue() {
         output.contains("safe-navigation: teleop, example released from the stop of everything"),
         "{output}"
     );
+    let again = sandbox.run_ok(&["release", "--all", "--app", "safe-navigation"]);
+    assert!(
+        again.contains("safe-navigation: nothing was stopped with everything"),
+        "{again}"
+    );
     while winners("safe-navigation").iter().any(Value::is_null) {}
     assert!(
         winners("pair").iter().all(Value::is_null),

@@ -69,6 +69,22 @@ fn every_verb_has_help_with_an_example() {
 }
 
 #[test]
+fn the_options_of_a_demonstration_come_before_those_of_its_link() {
+    let help = output_of(&mut jde(&["demo", "--help"])).out;
+    let place = |option: &str| help.find(option).unwrap_or_else(|| panic!("{option}: {help}"));
+    assert!(help.starts_with("Watch a simulated robot"), "{help}");
+    let order = [
+        "Options:",
+        "--headless",
+        "--lockstep",
+        "How tools connect:",
+        "--no-link",
+    ]
+    .map(place);
+    assert!(order.is_sorted(), "{help}");
+}
+
+#[test]
 fn without_arguments_the_executable_prints_help_that_names_every_verb() {
     let without_arguments = output_of(&mut jde(&[]));
     let help = output_of(&mut jde(&["--help"]));

@@ -3,8 +3,8 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use parking_lot::{Mutex, MutexGuard};
 use serde_json::Value;
 
 use crate::attached::Sandbox;
@@ -28,7 +28,7 @@ impl Screen {
     /// Returns `None` if the programs for it are missing.
     fn new() -> Option<Self> {
         static LOCK: Mutex<()> = Mutex::new(());
-        let lock = LOCK.lock().unwrap_or_else(PoisonError::into_inner);
+        let lock = LOCK.lock();
         let xdotool = Command::new("xdotool").arg("version").output();
         let server = Command::new("Xvfb")
             .args([

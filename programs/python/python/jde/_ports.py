@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
@@ -42,6 +42,9 @@ class Options:
     optional: bool = False
     trigger: bool = False
     fixed: bool = False
+    mount: bool = False
+    margin: bool = False
+    limit: bool = False
     default: Any = None
     min: float | None = None
     max: float | None = None
@@ -49,6 +52,11 @@ class Options:
     lasting: bool = False
     child: str = ""
     name: str = ""
+    was: str = ""
+
+    def attributes(self) -> list[str]:
+        """The names of what the port has: the extension module knows those that are attributes."""
+        return [option.name for option in fields(self) if option.type == "bool" and getattr(self, option.name)]
 
 
 class Port(Generic[T]):
@@ -238,10 +246,27 @@ def unit(symbols: str) -> Any:
 
 
 def modulation(
-    default: Any, *, unit: str = "", min: float | None = None, max: float | None = None, fixed: bool = False
+    default: Any,
+    *,
+    unit: str = "",
+    min: float | None = None,
+    max: float | None = None,
+    fixed: bool = False,
+    mount: bool = False,
+    margin: bool = False,
+    limit: bool = False,
+    was: str = "",
 ) -> Any:
-    """A modulation: its default, its unit and its limits. A fixed one is read when the schema awakes."""
-    return Modulation(Options(default=default, unit=unit, min=min, max=max, fixed=fixed))
+    """A modulation: its default, its unit and its limits. A fixed one is read when the schema awakes.
+
+    `mount`, `margin` and `limit` say that several schemas must agree on it.
+    `was` is the name of the version before, which files and options may still use.
+    """
+    return Modulation(
+        Options(
+            default=default, unit=unit, min=min, max=max, fixed=fixed, mount=mount, margin=margin, limit=limit, was=was
+        )
+    )
 
 
 def command(neutral: Any, *, validity: str | float, trigger: bool = False, unit: str = "") -> Any:
@@ -259,7 +284,7 @@ def modulates(child: str, name: str, *, unit: str = "", optional: bool = False) 
 
 def _nanoseconds(time: float) -> int:
     if not 0.0 <= time < 9e9:
-        raise ValueError(f"{time!r} is no time: it is in seconds since the application's start")
+        raise ValueError(f"{time!r} is not a time: it is in seconds since the application's start")
     return round(time * 1e9)
 
 

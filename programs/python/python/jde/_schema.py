@@ -64,9 +64,8 @@ class PortSpec:
     greatest: float | None
     choices: list[str]
     validity_ns: int
-    trigger: bool
-    fixed: bool
-    optional: bool
+    attributes: list[str]
+    former_name: str
     child: int
 
 
@@ -242,9 +241,9 @@ def _duration(time: str | float, what: str, *, may_be_zero: bool = False) -> int
     elif isinstance(time, str) and (match := re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|ms|us|ns)\s*", time)):
         nanoseconds = float(match[1]) * UNITS[match[2]]
     if math.isnan(nanoseconds):
-        raise ValueError(f'{what}: {time!r} is no time: write "100ms", "2s" or a number of seconds')
+        raise ValueError(f'{what}: {time!r} is not a time: write "100ms", "2s" or a number of seconds')
     if not (0.0 if may_be_zero else 0.5) <= nanoseconds < LONGEST:
-        raise ValueError(f"{what}: {time!r} is no time of a schema: write one above 0 and below 290 years")
+        raise ValueError(f"{what}: {time!r} is not a time of a schema: write one above 0 and below 290 years")
     return round(nanoseconds)
 
 
@@ -371,9 +370,8 @@ def _port_spec(cls: type[Schema], port: Port[Any], doc: str, children: list[Role
         greatest=greatest,
         choices=names_of(port.choice) if port.choice is not None and isinstance(port, Modulation) else [],
         validity_ns=_validity(port, what),
-        trigger=options.trigger,
-        fixed=options.fixed,
-        optional=options.optional,
+        attributes=options.attributes(),
+        former_name=options.was,
         child=child,
     )
 

@@ -96,7 +96,7 @@ def form_of(hint: Any) -> Form:
     if isinstance(hint, type) and "__jde_layout__" in vars(hint):
         return Form("one", hint, 1)
     raise TypeError(
-        f"{_shown(hint)} is no part of a value: use a number (float, f32, u8, ...), bool, a class with @value, "
+        f"{_shown(hint)} is not a part of a value: use a number (float, f32, u8, ...), bool, a class with @value, "
         "Annotated[str, text(32)] or Annotated[Sequence[float], seq(f32, 360)]"
     )
 

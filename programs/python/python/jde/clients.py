@@ -159,7 +159,7 @@ class Remote:
     def __setattr__(self, name: str, value: Any) -> None:
         """Refuse names without an underscore: only the variables of a schema are written."""
         if not name.startswith("_"):
-            raise AttributeError(f"`{name}` is no variable: write one of a schema, as in `robot.goon.fast = 0.2`")
+            raise AttributeError(f"`{name}` is not a variable: write one of a schema, as in `robot.goon.fast = 0.2`")
         super().__setattr__(name, value)
 
     def __dir__(self) -> list[str]:

@@ -334,13 +334,16 @@ class Start:
 
 @standard("jde_msgs/msg/Target")
 class Target(_standard.TargetFunctions):
-    """An optional target position."""
+    """An optional target: a place, or a pose if its heading counts."""
 
     pose: Pose2D = field(default_factory=Pose2D)
-    """The position, in the frame of the odometry. Its heading is not used."""
+    """The position and the heading, in the frame of the odometry."""
 
     set: bool = False
     """Whether there is a target."""
+
+    has_heading: bool = False
+    """Whether its heading counts. Otherwise the robot may face anywhere."""
 
 
 @standard("jde_msgs/msg/Footprint")

@@ -1,14 +1,14 @@
 //! Sends an order to the application and records its outcome. Each call waits for the reply: not for the
 //! window's thread.
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
 use jde_link::Remote;
 use jde_link::message::{Action, Request};
+use parking_lot::Mutex;
 
-use super::lock;
 use crate::stop::StopRequest;
 
 /// Maximum number of notices kept.
@@ -58,12 +58,12 @@ impl OrderClient {
 
     /// The notices of failed orders, newest last.
     pub(super) fn notices(&self) -> Vec<Notice> {
-        lock(&self.notices).clone()
+        self.notices.lock().clone()
     }
 
     /// Adds a notice.
     pub(super) fn note(&self, text: String) {
-        if note(&mut lock(&self.notices), text) {
+        if note(&mut self.notices.lock(), text) {
             self.repaint.request_repaint();
         }
     }

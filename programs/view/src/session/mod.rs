@@ -1,5 +1,5 @@
 //! A running application as the windows see it: the data last received over the link, and the requests to it.
-//! No call waits for the network except [`Session::open`]: separate threads subscribe and send orders.
+//! No call waits for the network except [`WindowSession::open`]: separate threads subscribe and send orders.
 //!
 //! Each frame, a window requests the data that it shows. Subscriptions that no window requests any more are
 //! ended.
@@ -7,7 +7,6 @@
 mod backlog;
 mod client;
 mod demand;
-mod history;
 mod inbox;
 mod orders;
 mod panels;
@@ -16,7 +15,7 @@ mod subscriptions;
 mod watch_list;
 
 use std::cell::RefCell;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
@@ -25,10 +24,11 @@ use jde_link::{Error, Rate, Remote, Sample, Subscription};
 use jde_panel::Gesture;
 use jde_records::RecordKind;
 use jde_records::snapshot::{SchemaView, Snapshot};
+use jde_timeline::{Hierarchy, Keep, Timeline};
 use jde_types::{Body, Value};
+use parking_lot::Mutex;
 
 pub(crate) use client::{Notice, Outcome};
-pub(crate) use history::{History, Progress, StateInterval};
 use inbox::Inbox;
 use orders::Orders;
 pub(crate) use panels::PanelContent;
@@ -36,7 +36,7 @@ use panels::Panels;
 use subscriptions::Subscriptions;
 
 use crate::stop::{StopRequest, StopTarget};
-use crate::window::Kind as Window;
+use crate::window::WindowKind as Window;
 
 /// The schema that controls the playback of a recording.
 pub(crate) const STEERING: &str = "replay";
@@ -44,8 +44,8 @@ pub(crate) const STEERING: &str = "replay";
 /// Maximum number of earlier lines fetched of each kind.
 const EARLIER: usize = 2000;
 
-/// A connection to an application. Only the window's thread uses it, except [`Session::open`].
-pub(crate) struct Session {
+/// A connection to an application. Only the window's thread uses it, except [`WindowSession::open`].
+pub(crate) struct WindowSession {
     remote: Remote,
     schemas: Schemas,
     variables: Vec<VariableInfo>,
@@ -53,7 +53,7 @@ pub(crate) struct Session {
     snapshot: Arc<Snapshot>,
     /// When the newest snapshot arrived.
     updated: Instant,
-    past: History,
+    timeline: Timeline,
     subscriptions: RefCell<Subscriptions>,
     panels: RefCell<Panels>,
     orders: Orders,
@@ -63,7 +63,7 @@ pub(crate) struct Session {
     _watching: Vec<Subscription>,
 }
 
-impl Session {
+impl WindowSession {
     /// Opens a session and subscribes to the application. Waits up to 5 s for each reply: not to be called
     /// from the window's thread.
     ///
@@ -78,14 +78,14 @@ impl Session {
         watching.push({
             let (inbox, repaint) = (Arc::clone(&inbox), repaint.clone());
             remote.watch_hierarchy(move |snapshot| {
-                lock(&inbox).snapshot = Some(snapshot);
+                inbox.lock().snapshot = Some(snapshot);
                 repaint.request_repaint();
             })?
         });
         watching.push({
             let inbox = Arc::clone(&inbox);
             remote.events(&RecordKind::ALL, EARLIER, move |event| {
-                lock(&inbox).push(event.record, event.missed);
+                inbox.lock().push(event.record, event.missed);
             })?
         });
         {
@@ -96,7 +96,7 @@ impl Session {
             schemas,
             variables,
             inbox,
-            past: History::new(),
+            timeline: Timeline::new(Hierarchy::of_snapshot(&snapshot), Keep::LIVE),
             subscriptions: RefCell::new(Subscriptions::new(remote.clone(), repaint.clone())),
             panels: RefCell::new(Panels::new(remote.clone(), repaint.clone())),
             orders: Orders::new(remote.clone(), repaint),
@@ -114,15 +114,18 @@ impl Session {
     pub(crate) fn begin_frame(&mut self) {
         let Inbox {
             snapshot,
-            lines,
+            mut lines,
             dropped,
-        } = std::mem::take(&mut *lock(&self.inbox));
-        self.past.add_missed(dropped);
+        } = std::mem::take(&mut *self.inbox.lock());
+        self.timeline.add_missed(dropped);
+        // Each kind of earlier lines arrives by itself.
+        lines.make_contiguous().sort_by_key(|(line, _)| line.time());
         for (line, missed) in lines {
-            self.past.add_line(line, missed);
+            self.timeline.add_missed(missed);
+            self.timeline.add(&line);
         }
         if let Some(snapshot) = snapshot {
-            self.past.add_snapshot(&snapshot);
+            self.timeline.add_snapshot(&snapshot);
             self.snapshot = Arc::new(snapshot);
             self.updated = Instant::now();
         }
@@ -205,9 +208,9 @@ impl Session {
         self.snapshot.schemas.iter().find(|view| view.name == schema)
     }
 
-    /// The past that is kept.
-    pub(crate) fn past(&self) -> &History {
-        &self.past
+    /// What happened, as far as it is kept.
+    pub(crate) fn timeline(&self) -> &Timeline {
+        &self.timeline
     }
 
     /// The names of the schemas that have a panel.
@@ -349,8 +352,4 @@ impl Session {
     pub(crate) fn remote(&self) -> &Remote {
         &self.remote
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

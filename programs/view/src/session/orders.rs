@@ -2,16 +2,16 @@
 //! their own thread, because an order without a reply takes seconds.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
 use jde_link::Remote;
 use jde_link::message::Action;
+use parking_lot::{Condvar, Mutex};
 
 use super::client::{Notice, OrderClient, Outcome};
-use super::lock;
 use super::queue::{Next, Order, Queue, Stop};
 use crate::stop::StopRequest;
 
@@ -110,19 +110,19 @@ struct InboxState {
 
 impl OrderInbox {
     fn push(&self, order: Order) {
-        lock(&self.state).queue.push(order, Instant::now());
+        self.state.lock().queue.push(order, Instant::now());
         self.changed.notify_all();
     }
 
     fn close(&self) {
-        lock(&self.state).closed = true;
+        self.state.lock().closed = true;
         self.changed.notify_all();
     }
 
     /// Waits for the next order other than a stop. Returns [`Received::Time`] at `until`, and
     /// [`Received::Closed`] once closed and all orders, stops included, are sent.
     fn next(&self, until: Option<Instant>) -> Received {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         loop {
             let now = Instant::now();
             let earliest = match state.queue.next(now) {
@@ -137,21 +137,19 @@ impl OrderInbox {
                 return Received::Time;
             }
             let deadline = earliest.into_iter().chain(until).min();
-            state = match deadline {
+            match deadline {
                 Some(deadline) => {
-                    let waited = self
-                        .changed
-                        .wait_timeout(state, deadline.saturating_duration_since(now));
-                    waited.unwrap_or_else(PoisonError::into_inner).0
+                    let pause = deadline.saturating_duration_since(now);
+                    self.changed.wait_for(&mut state, pause);
                 }
-                None => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
-            };
+                None => self.changed.wait(&mut state),
+            }
         }
     }
 
     /// Waits for the next stop. Returns `None` once closed and no stop is left.
     fn next_stop(&self) -> Option<Stop> {
-        let mut state = lock(&self.state);
+        let mut state = self.state.lock();
         loop {
             if let Some(stop) = state.queue.next_stop() {
                 return Some(stop);
@@ -159,12 +157,12 @@ impl OrderInbox {
             if state.closed {
                 return None;
             }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            self.changed.wait(&mut state);
         }
     }
 
     fn stopped(&self) {
-        lock(&self.state).queue.stopped();
+        self.state.lock().queue.stopped();
         self.changed.notify_all();
     }
 }

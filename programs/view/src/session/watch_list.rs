@@ -5,15 +5,15 @@
 
 use std::collections::HashMap;
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, Weak};
+use std::sync::{Arc, Weak};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
 use jde_link::{Error, Rate, Subscription};
+use parking_lot::{Mutex, MutexGuard};
 
 use super::demand::Demand;
-use super::lock;
 
 /// A failed subscription is retried after this time.
 const RETRY_DELAY: Duration = Duration::from_secs(3);
@@ -66,7 +66,7 @@ impl<T: Default + Send + 'static> WatchList<T> {
                     repaint: repaint.clone(),
                 };
                 let watching = subscribe(&name, rate, sink);
-                let mut slot = lock(&slot);
+                let mut slot = slot.lock();
                 match watching {
                     Ok(watching) => (slot.watching, slot.failure) = (Some(watching), None),
                     Err(error) => slot.failure = Some((error.to_string(), Instant::now())),
@@ -97,12 +97,12 @@ impl<T: Default + Send + 'static> WatchList<T> {
             .get_mut(name)
             .expect("it exists or was just inserted");
         watched.demand.request(rate, Instant::now());
-        lock(&watched.slot)
+        watched.slot.lock()
     }
 
     /// Returns what arrived of a subscription, if there is one.
     pub(super) fn get(&self, name: &str) -> Option<MutexGuard<'_, Slot<T>>> {
-        self.watched.get(name).map(|watched| lock(&watched.slot))
+        self.watched.get(name).map(|watched| watched.slot.lock())
     }
 
     /// Ends unused subscriptions, lowers rates that are higher than needed, and retries failed subscriptions.
@@ -117,7 +117,7 @@ impl<T: Default + Send + 'static> WatchList<T> {
                 watched.subscribe(requests, name, rate);
                 return true;
             }
-            let mut slot = lock(&watched.slot);
+            let mut slot = watched.slot.lock();
             if let Some((_, since)) = &mut slot.failure
                 && now.saturating_duration_since(*since) > RETRY_DELAY
             {
@@ -141,7 +141,7 @@ impl<T: Default> Watched<T> {
     /// Subscribes at a rate. What arrived so far is kept.
     fn subscribe(&mut self, requests: &Sender<Request<T>>, name: &str, rate: Rate) {
         let slot = Slot {
-            received: std::mem::take(&mut lock(&self.slot).received),
+            received: std::mem::take(&mut self.slot.lock().received),
             ..Slot::default()
         };
         // The old slot is dropped, so its sink does nothing.
@@ -163,7 +163,7 @@ impl<T> Sink<T> {
     /// Changes what arrived, and requests a frame. Does nothing once nobody reads it any more.
     pub(super) fn update(&self, change: impl FnOnce(&mut T)) {
         if let Some(slot) = self.slot.upgrade() {
-            change(&mut lock(&slot).received);
+            change(&mut slot.lock().received);
             self.repaint.request_repaint();
         }
     }
@@ -177,12 +177,12 @@ mod tests {
     fn a_change_of_the_rate_keeps_what_arrived() {
         let (requests, received) = channel();
         let mut watched = Watched::<Option<u32>>::new(Rate::Hz(5));
-        lock(&watched.slot).received = Some(7);
+        watched.slot.lock().received = Some(7);
         let before = Arc::downgrade(&watched.slot);
         watched.subscribe(&requests, "a.b", Rate::Hz(50));
         assert!(before.upgrade().is_none(), "the old slot is dropped");
         let (name, rate, slot) = received.try_recv().expect("the subscription was requested");
         assert_eq!((name.as_str(), rate), ("a.b", Rate::Hz(50)));
-        assert_eq!(lock(&slot).received, Some(7));
+        assert_eq!(slot.lock().received, Some(7));
     }
 }

@@ -2,13 +2,14 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui;
 use jde_link::message::About;
 use jde_link::{Client, Reach};
+use parking_lot::{Mutex, MutexGuard};
 
 /// Pause between two searches.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(1);
@@ -43,14 +44,14 @@ impl Discovery {
         let repaint = ctx.clone();
         let worker = move || poll(&results, &reach, &folders, &repaint);
         if let Err(error) = thread::Builder::new().name("view-start".to_owned()).spawn(worker) {
-            lock(&seen).trouble = Some(format!("no thread for the search: {error}"));
+            seen.lock().trouble = Some(format!("no thread for the search: {error}"));
         }
         Self(seen)
     }
 
     /// The result of the last search. The search thread waits for the lock while it is held.
     pub(crate) fn seen(&self) -> MutexGuard<'_, Discovered> {
-        lock(&self.0)
+        self.0.lock()
     }
 }
 
@@ -65,7 +66,7 @@ fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], r
         let recordings = files(folders);
         let Some(seen) = results.upgrade() else { return };
         {
-            let mut seen = lock(&seen);
+            let mut seen = seen.lock();
             let (running, trouble) = match found {
                 Ok((running, trouble)) => (running, Some(trouble).filter(|trouble| !trouble.is_empty())),
                 Err(error) => (Vec::new(), Some(error.to_string())),
@@ -110,8 +111,4 @@ fn in_folder(folder: &Path) -> Vec<RecordingFile> {
             })
         })
         .collect()
-}
-
-fn lock(seen: &Mutex<Discovered>) -> MutexGuard<'_, Discovered> {
-    seen.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -101,7 +101,7 @@ impl Stops {
                         ui,
                         &mut self.asks,
                         "Stop asking ...",
-                        "Stop asking, whatever still moves",
+                        "Stop asking, although a robot may still move",
                     )
                 {
                     shown.iter().for_each(|request| request.withdraw());

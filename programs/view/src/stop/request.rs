@@ -2,11 +2,12 @@
 //! asking meanwhile, unless the person withdraws it or orders the same again. It lets nothing go on.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_link::message::{Action, Request};
 use jde_link::{Broadcast, Error, Reach, Remote};
+use parking_lot::{Condvar, Mutex};
 
 /// Pause between two rounds. A round itself takes up to some seconds, where nobody answers.
 const PAUSE: Duration = Duration::from_millis(200);
@@ -61,24 +62,24 @@ impl StopRequest {
 
     /// The answers so far.
     pub(crate) fn answers(&self) -> Answers {
-        self.lock().clone()
+        self.answers.lock().clone()
     }
 
     /// Whether it still asks.
     pub(crate) fn is_pending(&self) -> bool {
-        let answers = self.lock();
+        let answers = self.answers.lock();
         answers.acknowledged.is_none() && !answers.withdrawn
     }
 
     /// Ends it: the person said otherwise, or the same was ordered again.
     pub(crate) fn withdraw(&self) {
-        self.lock().withdrawn = true;
+        self.answers.lock().withdrawn = true;
         self.changed.notify_all();
     }
 
     /// Records that nobody asks, and why.
     pub(crate) fn fail(&self, reason: String) {
-        for missing in self.lock().missing.values_mut() {
+        for missing in self.answers.lock().missing.values_mut() {
             *missing = Some(reason.clone());
         }
     }
@@ -100,11 +101,14 @@ impl StopRequest {
             }
             match remote.operate(&stop_all()) {
                 Ok(()) => {
-                    self.lock().stopped.push(name.clone());
+                    self.answers.lock().stopped.push(name.clone());
                     true
                 }
                 Err(error) => {
-                    self.lock().missing.insert(name.clone(), Some(error.to_string()));
+                    self.answers
+                        .lock()
+                        .missing
+                        .insert(name.clone(), Some(error.to_string()));
                     false
                 }
             }
@@ -115,13 +119,14 @@ impl StopRequest {
     fn ask(&self, repaint: &dyn Fn(), mut round: impl FnMut() -> bool) {
         while self.is_pending() {
             let done = round();
-            let mut answers = self.lock();
+            let mut answers = self.answers.lock();
             if done {
                 answers.missing.clear();
                 answers.acknowledged = Some(Instant::now());
             }
             let waits = |answers: &mut Answers| answers.acknowledged.is_none() && !answers.withdrawn;
-            drop(self.changed.wait_timeout_while(answers, PAUSE, waits));
+            self.changed.wait_while_for(&mut answers, waits, PAUSE);
+            drop(answers);
             repaint();
         }
     }
@@ -135,7 +140,7 @@ impl StopRequest {
         };
         let mut failed = false;
         let sent = broadcast.send(&self.reach, name, &stop_all(), &mut |reply| {
-            let mut answers = self.lock();
+            let mut answers = self.answers.lock();
             match reply.outcome {
                 Ok(_) => {
                     answers.missing.remove(&reply.target);
@@ -153,7 +158,10 @@ impl StopRequest {
             (Err(Error::NoApplication(_) | Error::OnlyRecordings), StopTarget::All) => true,
             (Err(error), StopTarget::All) => {
                 let whereabouts = "the search for applications".to_owned();
-                self.lock().missing.insert(whereabouts, Some(error.to_string()));
+                self.answers
+                    .lock()
+                    .missing
+                    .insert(whereabouts, Some(error.to_string()));
                 false
             }
             (Err(error), StopTarget::One(_)) => {
@@ -161,10 +169,6 @@ impl StopRequest {
                 false
             }
         }
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Answers> {
-        self.answers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -4,7 +4,7 @@ use egui_kittest::Harness;
 use jde_types::Body;
 
 use super::common::{Robot, plugins, until};
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// A Jackal and a TurtleBot in one world, each with a schema that drives it.
 const TWO: &str = r#"
@@ -40,9 +40,11 @@ actuators = { base = "right.velocity" }
 #[test]
 fn each_robot_and_the_panels_of_its_schemas_have_its_own_body() {
     let robot = Robot::linked(TWO, plugins());
-    let mut harness =
-        Harness::builder().build_ui_state(|_, session: &mut Session| session.begin_frame(), robot.session());
-    fn bodies(harness: &Harness<'_, Session>) -> [Option<Body>; 4] {
+    let mut harness = Harness::builder().build_ui_state(
+        |_, session: &mut WindowSession| session.begin_frame(),
+        robot.session(),
+    );
+    fn bodies(harness: &Harness<'_, WindowSession>) -> [Option<Body>; 4] {
         ["left", "left-stop", "right", "right-stop"].map(|schema| harness.state().body(schema))
     }
     until(&mut harness, |harness| {

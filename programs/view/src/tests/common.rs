@@ -12,7 +12,7 @@ use jde_host::{Handle, Options, Running};
 use jde_link::{Client, Events, Folders, Link, Reach, Settings, SubjectInfo};
 use jde_loader::{Plugins, SearchPath};
 
-use crate::session::Session;
+use crate::session::WindowSession;
 
 pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
@@ -76,7 +76,7 @@ impl Robot {
             folder: folder.clone(),
             ..Settings::local(&name)
         };
-        let subject = Arc::new(jde_link::Running::new(running.handle(), title));
+        let subject = Arc::new(jde_link_host::Running::new(running.handle(), title));
         Self {
             _link: Link::open(&settings, subject, &events).expect("the link opens"),
             running,
@@ -93,7 +93,7 @@ impl Robot {
             executor: "threads".to_owned(),
             speed: 1.0,
         };
-        let subject = Arc::new(jde_link::Running::new(self.running.handle(), title));
+        let subject = Arc::new(jde_link_host::Running::new(self.running.handle(), title));
         Link::open(settings, subject, &Events::of_records()).expect("the link opens")
     }
 
@@ -113,11 +113,11 @@ impl Robot {
     }
 
     /// Opens a session on the application, as a window does.
-    pub(crate) fn session(&self) -> Session {
+    pub(crate) fn session(&self) -> WindowSession {
         let remote = Client::connect(&self.reach())
             .and_then(|client| client.application(None))
             .expect("the application is found");
-        Session::open(remote, egui::Context::default()).expect("the application replies")
+        WindowSession::open(remote, egui::Context::default()).expect("the application replies")
     }
 }
 

@@ -111,10 +111,10 @@ fn a_lost_application_stays_visible_and_can_be_reopened_when_it_runs_again() {
     until(&mut window, |window| has(window, "Oscilloscope"));
     drop(first);
     until(&mut window, |window| has(window, "gone"));
-    assert!(has(&window, "Oscilloscope") && !has_text(&window, "is running again"));
+    assert!(has(&window, "Oscilloscope") && !has_text(&window, "runs again"));
     let second = robot.serve(&settings);
-    until(&mut window, |window| has(window, "It is running again: open it"));
-    click(&mut window, "It is running again: open it");
+    until(&mut window, |window| has(window, "It runs again: open it"));
+    click(&mut window, "It runs again: open it");
     until(&mut window, |window| {
         has(window, "Oscilloscope") && !has(window, "gone")
     });
@@ -284,7 +284,7 @@ fn space_pauses_a_recording_and_its_slider_seeks_and_stays_at_the_sought_positio
         has(window, &shown)
     });
     until(&mut window, |window| has(window, "cut off"));
-    until(&mut window, |window| has(window, "not all is played"));
+    until(&mut window, |window| has(window, "a part is not played"));
     // The left end is the beginning of the recording, at 5 s, and not the start of its application.
     let start = window.get_by_label(slider).rect().left_center() + vec2(1.0, 0.0);
     window.hover_at(start);

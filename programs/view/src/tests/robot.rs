@@ -13,7 +13,7 @@ use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 
 use super::common::{Robot, until};
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{Style, Units};
 use crate::window::Window as _;
 use crate::window::robot::RobotWindow as Shown;
@@ -23,7 +23,7 @@ use crate::window::robot::fixture;
 const MAX_POLLS: usize = 2_000_000;
 
 struct Fixture {
-    session: Session,
+    session: WindowSession,
     window: Shown,
 }
 
@@ -418,7 +418,7 @@ fn a_retracted_scan_is_no_longer_shown_until_the_next_one() {
     };
     cover(&harness, false);
     until(&mut harness, |harness| {
-        has_text(harness, "no value: eye has none now")
+        has_text(harness, "no value from eye any more")
     });
     assert!(!has_text(&harness, "nearest"), "the retracted scan is not shown");
     cover(&harness, true);

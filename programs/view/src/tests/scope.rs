@@ -137,7 +137,7 @@ fn the_space_key_pauses_the_picture_and_run_resumes_it() {
     let state = harness.state_mut();
     state.fixed.snapshot.time += 2_000_000_000;
     let later = state.fixed.snapshot.clone();
-    state.fixed.past.add_snapshot(&later);
+    state.fixed.timeline.add_snapshot(&later);
     harness.run_steps(2);
     click(&mut harness, before);
     assert!(
@@ -347,12 +347,10 @@ fn thousand(bands: usize) -> Fixed {
             &choice,
             Case::Alone,
         );
-        fixed
-            .past
-            .add_line(jde_records::RunRecord::Decision(selection), 0);
+        fixed.timeline.add(&jde_records::RunRecord::Decision(selection));
     }
     let snapshot = fixed.snapshot.clone();
-    fixed.past.add_snapshot(&snapshot);
+    fixed.timeline.add_snapshot(&snapshot);
     fixed
 }
 
@@ -393,9 +391,9 @@ fn the_number_of_shapes_does_not_grow_with_the_history() {
         }
         shapes
     };
-    let (few, many) = (shapes(1_000), shapes(8_000));
+    let (few, many) = (shapes(4_000), shapes(16_000));
     assert!(
         many <= few + few / 10,
-        "{few} shapes for 1000 states, {many} for 8000"
+        "{few} shapes for 4000 states, {many} for 16000"
     );
 }

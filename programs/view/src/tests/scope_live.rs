@@ -9,13 +9,13 @@ use jde_core::State;
 use jde_records::snapshot::{HoldKind, SchemaView};
 
 use super::common::{Robot, until};
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{Style, Units};
 use crate::window::Window;
 use crate::window::scope::Scope;
 
 struct Shown {
-    session: Session,
+    session: WindowSession,
     scope: Scope,
 }
 

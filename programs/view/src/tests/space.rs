@@ -5,13 +5,13 @@ use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_set
 use glam::Vec2;
 
 use super::common::{Robot, until};
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{Style, Units};
 use crate::window::Window;
 use crate::window::space::{Eye, Quality, Space, offer};
 
 struct Shown {
-    session: Session,
+    session: WindowSession,
     space: Space,
 }
 

@@ -193,7 +193,7 @@ fn r14_an_application_that_never_answers_is_asked_until_the_person_says_otherwis
     until(&mut window, |window| waited(window) >= Some(12));
     click(&mut window, "Stop asking ...");
     assert!(has_text(&window, "not acknowledged"), "it asks once");
-    click(&mut window, "Stop asking, whatever still moves");
+    click(&mut window, "Stop asking, although a robot may still move");
     assert!(!has_text(&window, "not acknowledged"));
 }
 

@@ -7,18 +7,18 @@ use egui_kittest::kittest::Queryable;
 
 use super::common::until;
 use super::painter;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{Style, Units};
 use crate::window::Window;
 use crate::window::panel::Panel;
 use crate::window::values::Values;
 
 struct Shown<W> {
-    session: Session,
+    session: WindowSession,
     window: W,
 }
 
-fn shown<W: Window + 'static>(session: Session, window: W) -> Harness<'static, Shown<W>> {
+fn shown<W: Window + 'static>(session: WindowSession, window: W) -> Harness<'static, Shown<W>> {
     let show = |ui: &mut egui::Ui, shown: &mut Shown<W>| {
         shown.session.begin_frame();
         let style = Style::of(ui.ctx(), Units::default());

@@ -11,13 +11,13 @@ pub(crate) mod values;
 use eframe::egui;
 use serde::{Deserialize, Serialize};
 
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::Style;
 
 /// A window on an application. It keeps the user's choices in it, and draws each frame from the session.
 pub(crate) trait Window {
     /// Draws the window, and passes the user's requests to the session.
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, style: &Style);
+    fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession, style: &Style);
 
     /// The state to save for the next start, as JSON. Null saves nothing.
     fn keep(&self) -> serde_json::Value {
@@ -28,7 +28,7 @@ pub(crate) trait Window {
 /// The kind of a window, as saved with the layout.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
+pub(crate) enum WindowKind {
     /// The hierarchy over time.
     Oscilloscope,
     /// Sensors and motors.
@@ -41,7 +41,7 @@ pub(crate) enum Kind {
     Panel(String),
 }
 
-impl Kind {
+impl WindowKind {
     /// The title on its tab.
     pub(crate) fn title(&self) -> String {
         match self {

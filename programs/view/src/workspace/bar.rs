@@ -8,7 +8,7 @@ use jde_link::message::{Action, Network};
 
 use super::menu::appearance_menu;
 use super::{Navigation, Workspace};
-use crate::settings::Settings;
+use crate::settings::WindowSettings;
 use crate::start::Discovery;
 use crate::stop::confirmed;
 
@@ -19,7 +19,7 @@ const SILENT: Duration = Duration::from_secs(1);
 
 impl Workspace {
     /// Draws the bar. Returns where the user navigates to, if so.
-    pub(crate) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Navigation> {
+    pub(crate) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut WindowSettings) -> Option<Navigation> {
         let away = ui
             .button("Applications")
             .on_hover_text("Back to the list of applications and recordings. The robot continues.");
@@ -112,7 +112,7 @@ impl Workspace {
             .iter()
             .find(|about| about.name == gone.name && about.id != gone.id)?;
         // Buttons of a menu bar have no background by default.
-        let open = egui::Button::new("It is running again: open it").fill(ui.visuals().selection.bg_fill);
+        let open = egui::Button::new("It runs again: open it").fill(ui.visuals().selection.bg_fill);
         let open = ui.add(open);
         open.on_hover_text("Opens windows on the new run, in the same layout.")
             .clicked()

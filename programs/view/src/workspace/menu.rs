@@ -3,13 +3,18 @@
 use eframe::egui;
 
 use super::Workspace;
-use crate::settings::Settings;
+use crate::settings::WindowSettings;
 use crate::style::{Angle, Length};
-use crate::window::Kind;
+use crate::window::WindowKind;
 
 impl Workspace {
     pub(super) fn windows_menu(&mut self, ui: &mut egui::Ui) {
-        for kind in [Kind::Oscilloscope, Kind::Robot, Kind::Space, Kind::Values] {
+        for kind in [
+            WindowKind::Oscilloscope,
+            WindowKind::Robot,
+            WindowKind::Space,
+            WindowKind::Values,
+        ] {
             self.window_entry(ui, kind);
         }
         ui.separator();
@@ -24,11 +29,11 @@ impl Workspace {
             ui.weak("no schema of this application has a panel");
         }
         for schema in panels {
-            self.window_entry(ui, Kind::Panel(schema));
+            self.window_entry(ui, WindowKind::Panel(schema));
         }
     }
 
-    fn window_entry(&mut self, ui: &mut egui::Ui, kind: Kind) {
+    fn window_entry(&mut self, ui: &mut egui::Ui, kind: WindowKind) {
         let mut on = self.has(&kind);
         if ui.checkbox(&mut on, kind.title()).changed() {
             if on {
@@ -41,7 +46,7 @@ impl Workspace {
 }
 
 /// The menu of theme, size and units.
-pub(crate) fn appearance_menu(ui: &mut egui::Ui, settings: &mut Settings) {
+pub(crate) fn appearance_menu(ui: &mut egui::Ui, settings: &mut WindowSettings) {
     let before = settings.clone();
     ui.label("Theme");
     ui.horizontal(|ui| {

@@ -17,17 +17,17 @@ use jde_link::message::About;
 use serde::{Deserialize, Serialize};
 
 use crate::player::Player;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::settings::SettingsStore;
 use crate::start::Discovery;
 use crate::style::Style;
-use crate::window::{Kind, Window};
+use crate::window::{Window, WindowKind};
 
 /// The windows on an application.
 pub(crate) struct Workspace {
-    session: Session,
-    tree: Tree<Kind>,
-    windows: HashMap<Kind, Box<dyn Window>>,
+    session: WindowSession,
+    tree: Tree<WindowKind>,
+    windows: HashMap<WindowKind, Box<dyn Window>>,
     saved_windows: HashMap<String, serde_json::Value>,
     store: SettingsStore,
     /// The layout as last written. An unchanged layout is not written again.
@@ -54,13 +54,18 @@ pub(crate) enum Navigation {
 /// The layout as saved.
 #[derive(Serialize, Deserialize)]
 struct SavedLayout {
-    tree: Tree<Kind>,
+    tree: Tree<WindowKind>,
     windows: HashMap<String, serde_json::Value>,
 }
 
 impl Workspace {
     /// Opens the windows on an application, in its saved layout.
-    pub(crate) fn open(session: Session, store: SettingsStore, player: Option<Player>, reach: Reach) -> Self {
+    pub(crate) fn open(
+        session: WindowSession,
+        store: SettingsStore,
+        player: Option<Player>,
+        reach: Reach,
+    ) -> Self {
         let saved_layout: Option<SavedLayout> = store.take(&layout_name(&session));
         let (tree, saved_windows) = match saved_layout {
             // The user may have closed all windows; then the default layout is used.
@@ -86,7 +91,7 @@ impl Workspace {
     }
 
     /// The application that the windows show.
-    pub(crate) fn session(&mut self) -> &mut Session {
+    pub(crate) fn session(&mut self) -> &mut WindowSession {
         &mut self.session
     }
 
@@ -116,11 +121,11 @@ impl Workspace {
     }
 
     /// Whether the workspace has this window.
-    fn has(&self, kind: &Kind) -> bool {
+    fn has(&self, kind: &WindowKind) -> bool {
         self.place(kind).is_some()
     }
 
-    fn place(&self, kind: &Kind) -> Option<TileId> {
+    fn place(&self, kind: &WindowKind) -> Option<TileId> {
         self.tree
             .tiles
             .iter()
@@ -128,7 +133,7 @@ impl Workspace {
     }
 
     /// Adds a window to the workspace, or brings its tab to the front.
-    fn show_window(&mut self, kind: Kind) {
+    fn show_window(&mut self, kind: WindowKind) {
         if self.place(&kind).is_none() {
             let pane = self.tree.tiles.insert_pane(kind.clone());
             match self.tree.root() {
@@ -153,7 +158,9 @@ impl Workspace {
             .tree
             .tiles
             .iter()
-            .find_map(|(id, tile)| (*id != pane && matches!(tile, Tile::Pane(Kind::Panel(_)))).then_some(*id))
+            .find_map(|(id, tile)| {
+                (*id != pane && matches!(tile, Tile::Pane(WindowKind::Panel(_)))).then_some(*id)
+            })
             .and_then(|panel| self.tree.tiles.parent_of(panel));
         let place = beside.unwrap_or(root);
         match self.tree.tiles.get_mut(place) {
@@ -165,7 +172,7 @@ impl Workspace {
         }
     }
 
-    fn hide_window(&mut self, kind: &Kind) {
+    fn hide_window(&mut self, kind: &WindowKind) {
         if let Some(place) = self.place(kind) {
             self.tree.remove_recursively(place);
             self.windows.remove(kind);
@@ -202,18 +209,18 @@ impl Drop for Workspace {
 }
 
 /// The name under which the layout is saved. A recording shares the layout of its application.
-fn layout_name(session: &Session) -> String {
+fn layout_name(session: &WindowSession) -> String {
     format!("desk-{}", session.about().application)
 }
 
 /// The default layout.
-fn default_layout(session: &Session) -> Tree<Kind> {
+fn default_layout(session: &WindowSession) -> Tree<WindowKind> {
     let mut tiles = Tiles::default();
-    let mut tab = |kinds: Vec<Kind>| {
+    let mut tab = |kinds: Vec<WindowKind>| {
         let panes = kinds.into_iter().map(|kind| tiles.insert_pane(kind)).collect();
         tiles.insert_tab_tile(panes)
     };
-    let scope = tab(vec![Kind::Oscilloscope, Kind::Values]);
+    let scope = tab(vec![WindowKind::Oscilloscope, WindowKind::Values]);
     let without_father = session.panels().filter(|schema| {
         let father = session.schema(schema).and_then(|schema| schema.father.as_ref());
         father.is_none()
@@ -223,10 +230,10 @@ fn default_layout(session: &Session) -> Tree<Kind> {
         let group = session.schema(schema).and_then(|schema| schema.group.as_ref());
         group.is_none()
     });
-    let mut senses = vec![Kind::Robot];
-    senses.extend(father.map(|schema| Kind::Panel(schema.to_owned())));
+    let mut senses = vec![WindowKind::Robot];
+    senses.extend(father.map(|schema| WindowKind::Panel(schema.to_owned())));
     let robot = tab(senses);
-    let space = tab(vec![Kind::Space]);
+    let space = tab(vec![WindowKind::Space]);
     let right = tiles.insert_vertical_tile(vec![robot, space]);
     let root = tiles.insert_horizontal_tile(vec![scope, right]);
     if let Some(Tile::Container(egui_tiles::Container::Linear(row))) = tiles.get_mut(root) {

@@ -9,7 +9,7 @@ use jde_link::message::Action;
 use jde_types::{Flag, Text};
 use serde_json::json;
 
-use crate::session::{Outcome, STEERING, Session};
+use crate::session::{Outcome, STEERING, WindowSession};
 use crate::tap::tap;
 
 const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
@@ -52,7 +52,7 @@ impl Seek {
 }
 
 impl SeekBar {
-    pub(super) fn show(&mut self, ui: &mut egui::Ui, session: &Session) {
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession) {
         let number = |name: &str| {
             session
                 .read::<f64>(&variable_name(name), Rate::Hz(20))
@@ -116,7 +116,7 @@ impl SeekBar {
             let left_out = session.read::<Text<1020>>(&variable_name("left_out"), Rate::Hz(1));
             let left_out = left_out.map(|(text, _)| text).filter(|text| !text.is_empty());
             let mark = if left_out.is_some() {
-                "not all is played"
+                "a part is not played"
             } else {
                 ""
             };
@@ -162,7 +162,7 @@ fn variable_name(name: &str) -> String {
     format!("{STEERING}.{name}")
 }
 
-fn set(session: &Session, name: &str, value: serde_json::Value) {
+fn set(session: &WindowSession, name: &str, value: serde_json::Value) {
     session.act(order(name, value));
 }
 

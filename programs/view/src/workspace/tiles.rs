@@ -5,24 +5,24 @@ use std::collections::HashMap;
 use eframe::egui;
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, UiResponse};
 
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::Style;
-use crate::window::{Kind, Window};
+use crate::window::{Window, WindowKind};
 
 /// Draws the tiles of one frame.
 pub(super) struct Tiling<'a> {
-    pub(super) session: &'a Session,
-    pub(super) windows: &'a mut HashMap<Kind, Box<dyn Window>>,
+    pub(super) session: &'a WindowSession,
+    pub(super) windows: &'a mut HashMap<WindowKind, Box<dyn Window>>,
     pub(super) saved_windows: &'a HashMap<String, serde_json::Value>,
     pub(super) style: &'a Style,
 }
 
-impl Behavior<Kind> for Tiling<'_> {
-    fn tab_title_for_pane(&mut self, pane: &Kind) -> egui::WidgetText {
+impl Behavior<WindowKind> for Tiling<'_> {
+    fn tab_title_for_pane(&mut self, pane: &WindowKind) -> egui::WidgetText {
         pane.title().into()
     }
 
-    fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Kind) -> UiResponse {
+    fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut WindowKind) -> UiResponse {
         let saved_windows = self.saved_windows;
         let window = self.windows.entry(pane.clone()).or_insert_with(|| {
             let saved = saved_windows
@@ -39,11 +39,11 @@ impl Behavior<Kind> for Tiling<'_> {
         UiResponse::None
     }
 
-    fn is_tab_closable(&self, _tiles: &Tiles<Kind>, _tile: TileId) -> bool {
+    fn is_tab_closable(&self, _tiles: &Tiles<WindowKind>, _tile: TileId) -> bool {
         true
     }
 
-    fn on_tab_close(&mut self, tiles: &mut Tiles<Kind>, tile: TileId) -> bool {
+    fn on_tab_close(&mut self, tiles: &mut Tiles<WindowKind>, tile: TileId) -> bool {
         if let Some(Tile::Pane(kind)) = tiles.get(tile) {
             self.windows.remove(kind);
         }

@@ -10,7 +10,7 @@ use crate::price::Prices;
 use crate::route::{PlanError, Point, away};
 
 /// The steps to the eight neighbours of a cell, straight ones first.
-const AROUND: [(i32, i32); 8] = [
+const NEIGHBOURS: [(i32, i32); 8] = [
     (1, 0),
     (0, 1),
     (-1, 0),
@@ -106,7 +106,7 @@ impl CellSet {
         self.cells.fill(false);
     }
 
-    /// Returns the centres of its cells in metres; of more than `most`, only every so many.
+    /// Returns the centres of its cells in metres; of more than `most`, an even selection.
     pub fn places(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let cells = self.cells.iter().enumerate().filter(|(_, covered)| **covered);
         let step = cells.clone().count().div_ceil(most.max(1)).max(1);
@@ -127,14 +127,14 @@ pub struct Floor {
     /// The cells that the tool reaches.
     cells: Vec<bool>,
     /// The cells of the tracks, and those of the contours.
-    lines: Vec<Line>,
+    lines: Vec<CoverageLine>,
     /// The radius of the tool, in cells.
     radius: f64,
 }
 
 /// What a cell is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Line {
+enum CoverageLine {
     /// Nothing that is driven along.
     None,
     /// A track.
@@ -192,13 +192,13 @@ impl Floor {
             let cell = geometry.cell(index);
             let across = if is_along_rows { cell.y } else { cell.x };
             if !is_open[index] {
-                Line::None
-            } else if AROUND.iter().any(|&(x, y)| !open(cell.offset(x, y))) {
-                Line::Contour
+                CoverageLine::None
+            } else if NEIGHBOURS.iter().any(|&(x, y)| !open(cell.offset(x, y))) {
+                CoverageLine::Contour
             } else if across % distance.max(1) == 0 {
-                Line::Track
+                CoverageLine::Track
             } else {
-                Line::None
+                CoverageLine::None
             }
         };
         Ok(Self {
@@ -236,7 +236,7 @@ impl Floor {
         }
         let is_needed: Vec<bool> = (0..self.lines.len())
             .map(|index| {
-                let is_open = self.lines[index] != Line::None && !done.cells[index];
+                let is_open = self.lines[index] != CoverageLine::None && !done.cells[index];
                 is_open && self.gain(covered, self.geometry.cell(index), least) >= least
             })
             .collect();
@@ -261,15 +261,18 @@ impl Floor {
             let mut cells = Vec::new();
             let mut at = from;
             loop {
-                let next = AROUND.iter().filter_map(|&(x, y)| at.offset(x, y)).find(|&next| {
-                    let is_inside = self.geometry.contains(next);
-                    let index = if is_inside {
-                        self.geometry.index(next)
-                    } else {
-                        return false;
-                    };
-                    self.lines[index] == line && is_needed[index] && !taken[index]
-                });
+                let next = NEIGHBOURS
+                    .iter()
+                    .filter_map(|&(x, y)| at.offset(x, y))
+                    .find(|&next| {
+                        let is_inside = self.geometry.contains(next);
+                        let index = if is_inside {
+                            self.geometry.index(next)
+                        } else {
+                            return false;
+                        };
+                        self.lines[index] == line && is_needed[index] && !taken[index]
+                    });
                 let Some(next) = next else { return cells };
                 taken[self.geometry.index(next)] = true;
                 cells.push(next);

@@ -44,14 +44,14 @@ pub struct Field {
 
 /// The prices of a cell.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct FieldCell {
     /// The price to the goal, as it was last propagated.
     known: u32,
     /// The price to the goal by the neighbours' known prices. Where both differ, the cell is in `open`.
     due: u32,
 }
 
-impl Place {
+impl FieldCell {
     /// The bucket of a place that is open.
     const fn bucket(&self) -> u32 {
         bucket(if self.known < self.due {
@@ -172,7 +172,7 @@ impl Field {
         }
         // The price of the start may rise while the field settles up to it.
         while let Some(first) = self.open.first() {
-            let Place { known, due } = self.read(index);
+            let FieldCell { known, due } = self.read(index);
             let reach = bucket(known.max(due).saturating_add(BEYOND_START));
             if first > reach {
                 break;
@@ -193,7 +193,7 @@ impl Field {
         {
             let index = index as usize;
             let place = self.read(index);
-            let Place { known, due } = place;
+            let FieldCell { known, due } = place;
             if known == due || place.bucket() != first {
                 continue;
             }
@@ -202,7 +202,7 @@ impl Field {
             let known_now = if known > due { due } else { UNREACHED };
             self.write(
                 index,
-                Place {
+                FieldCell {
                     known: known_now,
                     due,
                 },
@@ -234,7 +234,7 @@ impl Field {
             ),
         };
         if due != place.due {
-            let reviewed = Place { due, ..place };
+            let reviewed = FieldCell { due, ..place };
             self.write(index, reviewed);
             let was_open = place.due != place.known && place.bucket() == reviewed.bucket();
             if due != place.known && !was_open {
@@ -249,13 +249,13 @@ impl Field {
     }
 
     #[inline]
-    fn read(&self, index: usize) -> Place {
+    fn read(&self, index: usize) -> FieldCell {
         let [known, due] = self.complements[index].map(|complement| !complement);
-        Place { known, due }
+        FieldCell { known, due }
     }
 
     #[inline]
-    fn write(&mut self, index: usize, Place { known, due }: Place) {
+    fn write(&mut self, index: usize, FieldCell { known, due }: FieldCell) {
         self.complements[index] = [!known, !due];
     }
 

@@ -54,7 +54,7 @@ pub fn plan(
     goal: Cell,
 ) -> Result<Route, PlanError> {
     check_ends(costs, prices, start, goal)?;
-    let mut search = Search::new(costs, prices, angles, goal);
+    let mut search = PathSearch::new(costs, prices, angles, goal);
     search.run(start).ok_or(PlanError::Unreachable)?;
     let cells = search.cells();
     // A cell of the way may have become cheaper to reach after the way continued from it.
@@ -65,7 +65,7 @@ pub fn plan(
     })
 }
 
-struct Search<'a> {
+struct PathSearch<'a> {
     geometry: &'a Geometry,
     costs: &'a Costmap,
     prices: &'a Prices,
@@ -87,7 +87,7 @@ struct Open {
     cell: Cell,
 }
 
-impl<'a> Search<'a> {
+impl<'a> PathSearch<'a> {
     fn new(costs: &'a Costmap, prices: &'a Prices, angles: Angles, goal: Cell) -> Self {
         let geometry = costs.geometry();
         Self {

@@ -9,7 +9,7 @@ use crate::price::Unknown;
 
 /// Dijkstra's algorithm without a heap: prices settle until none improves.
 fn by_relaxation(costs: &Costmap, prices: &Prices, start: Cell, goal: Cell) -> Option<f64> {
-    let search = Search::new(costs, prices, Angles::Eight, goal);
+    let search = PathSearch::new(costs, prices, Angles::Eight, goal);
     let geometry = costs.geometry();
     let mut known = vec![f64::INFINITY; geometry.cells()];
     known[geometry.index(start)] = 0.0;
@@ -38,7 +38,7 @@ fn by_relaxation(costs: &Costmap, prices: &Prices, start: Cell, goal: Cell) -> O
 }
 
 fn free_segments(costs: &Costmap, prices: &Prices, route: &Route) -> bool {
-    let search = Search::new(costs, prices, Angles::Any, Cell::new(0, 0));
+    let search = PathSearch::new(costs, prices, Angles::Any, Cell::new(0, 0));
     let cell = |point: (f64, f64)| Cell::new(point.0 as u32, point.1 as u32);
     route
         .points

@@ -4,7 +4,7 @@
 
 use jde_types::{Point2D, Pose2D, Twist};
 
-use crate::{Limits, Outline, Travel};
+use crate::{BaseDynamics, Outline, Travel};
 
 /// Time from one simulated pose to the next, s. At 1 m/s a robot moves 2 cm in a step, about the noise of
 /// a scanner.
@@ -14,18 +14,22 @@ const HORIZON: f64 = 30.0;
 /// Distance that counts as touching, m. It covers the error of the simulated position.
 const SKIN: f64 = 1e-3;
 
-/// A command that is held for a time, and then a stop.
+/// A command that takes effect after a time, is held, and then a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Maneuver {
     /// The present velocity of the base, in its frame.
     pub velocity: Twist,
+    /// What the velocity lacks of the one that the base strives for at present.
+    pub lead: Twist,
+    /// How long the base goes on striving for that before the command takes effect, s.
+    pub wait: f64,
     /// The command, in the frame of the base.
     pub command: Twist,
     /// How long the base follows the command before it brakes, s: at least the time until the next check
     /// takes effect.
     pub hold: f64,
-    /// The limits of the base.
-    pub limits: Limits,
+    /// How the base follows.
+    pub dynamics: BaseDynamics,
 }
 
 /// The end of a maneuver.
@@ -64,20 +68,11 @@ impl Maneuver {
         if !self.is_valid() || !margin.is_finite() {
             return Stopping::Unknown;
         }
-        let mut travel = Travel {
-            velocity: self.velocity,
-            ..Travel::default()
-        };
-        let mut safe = 0.0;
-        let mut time = 0.0;
+        let (mut travel, mut safe, mut time) = (self.start(), 0.0, 0.0);
         while time < HORIZON {
-            let holds = time < self.hold;
-            if !holds && is_still(&travel.velocity) {
+            let Some((step, next)) = self.next(time, &travel) else {
                 return Stopping::Free;
-            }
-            let step = if holds { STEP.min(self.hold - time) } else { STEP };
-            let goal = if holds { self.command } else { Twist::ZERO };
-            let next = travel.after(step, &goal, &self.limits);
+            };
             let fastest = speed(&travel.velocity, outline).max(speed(&next.velocity, outline));
             let moved = fastest * step;
             if moved >= safe {
@@ -97,8 +92,9 @@ impl Maneuver {
         Stopping::Unknown
     }
 
-    /// Returns whether `outline` comes no closer to `points` than it is, up to 0.1 mm: how a robot that is too
-    /// close may still move. Time: the points once for each step of 20 ms.
+    /// Returns whether `outline` comes no closer to `points` than if the command were to stand, up to 0.1 mm, and does not
+    /// touch them by that: how a robot that is too close may still move. A base that is measured to move by some mm/s
+    /// comes that much closer whatever the command is. Time: the points twice for each step of 20 ms.
     #[must_use]
     pub fn keeps_clear(&self, outline: &Outline, points: &[Point2D]) -> bool {
         /// Far below what a sensor measures, and far above rounding.
@@ -106,41 +102,67 @@ impl Maneuver {
         if !self.is_valid() {
             return false;
         }
-        let least = outline.clearance(&Pose2D::ORIGIN, points) - TOLERANCE;
-        let mut travel = Travel {
-            velocity: self.velocity,
-            ..Travel::default()
+        let stand = Self {
+            command: Twist::ZERO,
+            ..*self
         };
-        let mut time = 0.0;
+        let least = |maneuver: &Self| maneuver.least_clearance(outline, points);
+        let (Some(of_stand), Some(own)) = (least(&stand), least(self)) else {
+            return false;
+        };
+        let now = outline.clearance(&Pose2D::ORIGIN, points);
+        let touch = if now > SKIN { SKIN } else { now - SKIN };
+        own >= of_stand.max(touch) - TOLERANCE
+    }
+
+    /// Returns the least distance from `outline` to `points` until it stands still, m; `None` if that takes too long.
+    fn least_clearance(&self, outline: &Outline, points: &[Point2D]) -> Option<f64> {
+        let (mut travel, mut time) = (self.start(), 0.0);
+        let mut least = outline.clearance(&travel.pose, points);
         while time < HORIZON {
-            let holds = time < self.hold;
-            if !holds && is_still(&travel.velocity) {
-                return true;
-            }
-            let step = if holds { STEP.min(self.hold - time) } else { STEP };
-            let goal = if holds { self.command } else { Twist::ZERO };
-            travel = travel.after(step, &goal, &self.limits);
-            if outline.clearance(&travel.pose, points) < least {
-                return false;
-            }
+            let Some((step, next)) = self.next(time, &travel) else {
+                return Some(least);
+            };
+            least = least.min(outline.clearance(&next.pose, points));
             time += step;
+            travel = next;
         }
-        false
+        None
+    }
+
+    fn start(&self) -> Travel {
+        Travel {
+            velocity: self.velocity,
+            lead: self.lead,
+            ..Travel::default()
+        }
+    }
+
+    /// Returns the duration of the next step at `time`, s, and the travel after it; `None` if the base stands after the
+    /// command.
+    fn next(&self, time: f64, travel: &Travel) -> Option<(f64, Travel)> {
+        let (effect, end) = (self.wait, self.wait + self.hold);
+        let (left, goal) = if time < effect {
+            (effect - time, added(&self.velocity, &self.lead))
+        } else if time < end {
+            (end - time, self.command)
+        } else if is_still(&travel.velocity) && is_still(&travel.lead) {
+            return None;
+        } else {
+            (STEP, Twist::ZERO)
+        };
+        let step = STEP.min(left);
+        Some((step, travel.after(step, &goal, &self.dynamics)))
     }
 
     fn is_valid(&self) -> bool {
-        let limits = [
-            self.limits.acceleration,
-            self.limits.deceleration,
-            self.limits.turn_acceleration,
-            self.limits.turn_deceleration,
-        ];
-        limits.iter().all(|limit| limit.is_finite() && *limit > 0.0)
+        let numbers = [&self.velocity, &self.lead, &self.command];
+        self.dynamics.is_valid()
+            && self.wait.is_finite()
             && self.hold.is_finite()
-            && parts(&self.velocity)
+            && numbers
                 .iter()
-                .chain(&parts(&self.command))
-                .all(|part| part.is_finite())
+                .all(|twist| parts(twist).iter().all(|part| part.is_finite()))
     }
 }
 
@@ -149,6 +171,12 @@ fn nearest(outline: &Outline, pose: &Pose2D, points: &[Point2D]) -> Point2D {
     let distance = |point: &Point2D| outline.clearance(pose, core::slice::from_ref(point));
     let order = |a: &&Point2D, b: &&Point2D| distance(a).total_cmp(&distance(b));
     points.iter().min_by(order).copied().unwrap_or_default()
+}
+
+fn added(a: &Twist, b: &Twist) -> Twist {
+    let mut sum = Twist::planar(a.linear.x + b.linear.x, a.angular.z + b.angular.z);
+    sum.linear.y = a.linear.y + b.linear.y;
+    sum
 }
 
 fn parts(twist: &Twist) -> [f64; 3] {

@@ -1,16 +1,20 @@
 //! Stops compared with the formula of the braking distance, and as a property with a simulation in steps of
 //! 1 ms.
 
+use core::time::Duration;
+
 use jde_types::{Footprint, Pose2D, Seq};
 use proptest::prelude::*;
 
 use super::*;
+use crate::Surroundings;
 
-const LIMITS: Limits = Limits {
+const DYNAMICS: BaseDynamics = BaseDynamics {
     acceleration: 0.5,
     deceleration: 0.5,
     turn_acceleration: 2.0,
     turn_deceleration: 2.0,
+    lag: 0.0,
 };
 
 fn circle() -> Outline {
@@ -29,9 +33,11 @@ fn long_box() -> Outline {
 fn cruise(speed: f64, turn: f64) -> Maneuver {
     Maneuver {
         velocity: Twist::planar(speed, turn),
+        lead: Twist::ZERO,
+        wait: 0.0,
         command: Twist::planar(speed, turn),
         hold: 0.2,
-        limits: LIMITS,
+        dynamics: DYNAMICS,
     }
 }
 
@@ -94,13 +100,17 @@ fn a_command_that_the_base_cannot_follow_yet_counts_with_its_present_speed() {
 #[test]
 fn numbers_that_are_not_finite_and_stops_without_end_are_unknown() {
     let wall = [Point2D { x: 50.0, y: 0.0 }];
-    let still = Limits {
+    let still = BaseDynamics {
         deceleration: 0.0,
-        ..LIMITS
+        ..DYNAMICS
     };
-    let slow = Limits {
+    let slow = BaseDynamics {
         deceleration: 1e-3,
-        ..LIMITS
+        ..DYNAMICS
+    };
+    let unknown = BaseDynamics {
+        lag: f64::NAN,
+        ..DYNAMICS
     };
     for maneuver in [
         cruise(f64::NAN, 0.0),
@@ -110,11 +120,19 @@ fn numbers_that_are_not_finite_and_stops_without_end_are_unknown() {
             ..cruise(0.1, 0.0)
         },
         Maneuver {
-            limits: still,
+            wait: f64::INFINITY,
             ..cruise(0.1, 0.0)
         },
         Maneuver {
-            limits: slow,
+            dynamics: still,
+            ..cruise(0.1, 0.0)
+        },
+        Maneuver {
+            dynamics: slow,
+            ..cruise(0.1, 0.0)
+        },
+        Maneuver {
+            dynamics: unknown,
             ..cruise(0.1, 0.0)
         },
     ] {
@@ -130,21 +148,137 @@ fn numbers_that_are_not_finite_and_stops_without_end_are_unknown() {
     );
 }
 
-/// Whether the outline touches a point in a simulation in steps of 1 ms.
-fn touches(maneuver: &Maneuver, outline: &Outline, points: &[Point2D]) -> bool {
-    let mut travel = Travel {
-        velocity: maneuver.velocity,
-        ..Travel::default()
+#[test]
+fn a_lagging_base_needs_its_lag_times_its_speed_more() {
+    let lagging = Maneuver {
+        dynamics: BaseDynamics { lag: 0.2, ..DYNAMICS },
+        ..cruise(0.5, 0.0)
     };
-    (0..10_000).any(|step| {
-        let goal = if f64::from(step) * 1e-3 < maneuver.hold {
-            maneuver.command
-        } else {
-            Twist::ZERO
+    let needed = 0.25 + 0.1 + 0.25 + 0.2 * 0.5;
+    for (excess, free) in [(0.02, true), (-0.005, false)] {
+        let wall = [Point2D {
+            x: needed + excess,
+            y: 0.0,
+        }];
+        assert_eq!(
+            lagging.stopping(&circle(), &wall, 0.0).is_free(),
+            free,
+            "{excess} m more"
+        );
+    }
+}
+
+#[test]
+fn a_turn_away_is_no_remedy_for_a_base_that_has_not_turned_yet() {
+    let wall = [Point2D { x: 0.45, y: 0.15 }];
+    let away = |lag| Maneuver {
+        command: Twist::planar(1.0, -3.0),
+        hold: 0.5,
+        dynamics: BaseDynamics {
+            turn_acceleration: 25.0,
+            turn_deceleration: 25.0,
+            deceleration: 4.0,
+            lag,
+            ..DYNAMICS
+        },
+        ..cruise(1.0, 0.0)
+    };
+    assert!(away(0.0).stopping(&circle(), &wall, 0.0).is_free());
+    assert!(!away(0.3).stopping(&circle(), &wall, 0.0).is_free());
+    let late = Maneuver {
+        wait: 0.3,
+        ..away(0.0)
+    };
+    assert!(!late.stopping(&circle(), &wall, 0.0).is_free());
+}
+
+#[test]
+fn a_robot_that_is_too_close_may_leave_whatever_the_noise_of_its_odometry_is() {
+    let judge = |clearance, noise, lag, speed| {
+        let mut around = Surroundings {
+            velocity: Twist::planar(noise, 0.0),
+            footprint: Footprint::circle(0.25),
+            reaction: 0.15,
+            margin: 0.05,
+            dynamics: BaseDynamics { lag, ..DYNAMICS },
+            ..Surroundings::default()
         };
-        travel = travel.after(1e-3, &goal, &maneuver.limits);
-        outline.clearance(&travel.pose, points) <= 0.0
+        around
+            .points
+            .push(Point2D {
+                x: 0.25 + clearance,
+                y: 0.0,
+            })
+            .expect("a point");
+        around.judge(Duration::from_millis(100), &Twist::planar(speed, 0.0))
+    };
+    for lag in [0.0, 0.2] {
+        for noise in [-0.02, 0.0, 0.002, 0.02] {
+            assert_eq!(judge(0.02, noise, lag, -0.1), Ok(()), "{noise} m/s, {lag} s");
+            assert!(judge(0.02, noise, lag, 0.1).is_err(), "{noise} m/s, {lag} s");
+        }
+        assert!(judge(0.02, 0.002, lag, 0.02).is_err(), "{lag} s");
+        assert_eq!(judge(-0.01, 0.002, lag, -0.1), Ok(()), "{lag} s, in touch");
+        assert!(
+            judge(0.02, 0.3, lag, -0.1).is_err(),
+            "{lag} s: it touches before it leaves"
+        );
+    }
+}
+
+/// Whether the outline touches a point in a simulation in steps of 1 ms, with motors as those of the simulator.
+fn touches(maneuver: &Maneuver, outline: &Outline, points: &[Point2D]) -> bool {
+    const DT: f64 = 1e-3;
+    let Maneuver {
+        wait, hold, dynamics, ..
+    } = *maneuver;
+    let linear = (dynamics.acceleration * DT, dynamics.deceleration * DT);
+    let limits = [
+        linear,
+        linear,
+        (dynamics.turn_acceleration * DT, dynamics.turn_deceleration * DT),
+    ];
+    let mut velocity = parts(&maneuver.velocity);
+    let strives = core::array::from_fn(|part| velocity[part] + parts(&maneuver.lead)[part]);
+    let (mut target, mut pose): ([f64; 3], Pose2D) = (strives, Pose2D::ORIGIN);
+    (0..10_000).any(|step| {
+        let time = f64::from(step) * DT;
+        let goal = if time < wait {
+            strives
+        } else if time < wait + hold {
+            parts(&maneuver.command)
+        } else {
+            [0.0; 3]
+        };
+        for part in 0..3 {
+            let (gain, loss) = limits[part];
+            let (now, goal) = (target[part], goal[part]);
+            // A reversal stops at zero.
+            let goal = if now * goal < 0.0 { 0.0 } else { goal };
+            let most = if goal.abs() < now.abs() { loss } else { gain };
+            target[part] = now + (goal - now).clamp(-most, most);
+            let kept = if dynamics.lag > 0.0 {
+                (-DT / dynamics.lag).exp()
+            } else {
+                0.0
+            };
+            velocity[part] = target[part] + (velocity[part] - target[part]) * kept;
+        }
+        let [x, y, turn] = velocity.map(|part| part * DT);
+        let (sin, cos) = (pose.theta + turn / 2.0).sin_cos();
+        pose = Pose2D::new(
+            pose.x + cos * x - sin * y,
+            pose.y + sin * x + cos * y,
+            pose.theta + turn,
+        );
+        outline.clearance(&pose, points) <= 0.0
     })
+}
+
+fn twist((x, y, turn): (f64, f64, f64)) -> Twist {
+    let mut twist = Twist::planar(x, turn);
+    twist.linear.y = y;
+    twist
 }
 
 proptest! {
@@ -154,31 +288,59 @@ proptest! {
     fn a_stop_that_is_declared_free_never_touches_a_point(
         places in prop::collection::vec((-1.5..2.0, -1.5..1.5), 1..12),
         now in (-0.6..1.0, -0.4..0.4, -1.5..1.5),
+        strives in (-0.3..0.3, -0.2..0.2, -0.5..0.5),
         wanted in (-0.6..1.0, -0.4..0.4, -1.5..1.5),
-        hold in 0.0..0.6,
+        (wait, hold) in (0.0..0.3, 0.0..0.6),
+        lag in prop_oneof![Just(0.0), 0.01..0.5],
         boxed in any::<bool>(),
     ) {
-        let twist = |(x, y, turn): (f64, f64, f64)| {
-            let mut twist = Twist::planar(x, turn);
-            twist.linear.y = y;
-            twist
-        };
         let points: Vec<Point2D> = places.iter().map(|&(x, y)| Point2D { x, y }).collect();
         let outline = if boxed { long_box() } else { circle() };
         prop_assume!(outline.clearance(&Pose2D::ORIGIN, &points) > 0.0);
-        let maneuver = Maneuver { velocity: twist(now), command: twist(wanted), hold, limits: LIMITS };
+        let lead = if lag > 0.0 { twist(strives) } else { Twist::ZERO };
+        let dynamics = BaseDynamics { lag, ..DYNAMICS };
+        let maneuver = Maneuver { velocity: twist(now), lead, wait, command: twist(wanted), hold, dynamics };
         if maneuver.stopping(&outline, &points, 0.0).is_free() {
             prop_assert!(!touches(&maneuver, &outline, &points), "{:?}", maneuver);
         }
     }
 
     #[test]
+    fn what_the_surroundings_permit_stops_without_contact_whenever_the_command_began(
+        places in prop::collection::vec((-1.5..2.0, -1.5..1.5), 1..12),
+        now in (-0.6..1.0, -0.4..0.4, -1.5..1.5),
+        wanted in (-0.6..1.0, -0.4..0.4, -1.5..1.5),
+        (age, lag) in (0.0..0.3, 0.0..0.4),
+        began in any::<bool>(),
+    ) {
+        let dynamics = BaseDynamics { lag, ..DYNAMICS };
+        let mut around = Surroundings {
+            velocity: twist(now),
+            footprint: Footprint::circle(0.25),
+            reaction: 0.1,
+            dynamics,
+            ..Surroundings::default()
+        };
+        around.points = places.iter().map(|&(x, y)| Point2D { x, y }).collect();
+        let points = around.points.as_slice();
+        prop_assume!(circle().clearance(&Pose2D::ORIGIN, points) > 0.0);
+        let command = twist(wanted);
+        if around.judge(Duration::from_secs_f64(age), &command).is_ok() {
+            let wait = if began { 0.0 } else { age };
+            let hold = around.reaction + age - wait;
+            let maneuver = Maneuver { velocity: around.velocity, lead: Twist::ZERO, wait, command, hold, dynamics };
+            prop_assert!(!touches(&maneuver, &circle(), points), "{:?}", maneuver);
+        }
+    }
+
+    #[test]
     fn a_stop_with_three_centimetres_to_spare_is_declared_free(
         places in prop::collection::vec((-1.5..2.0, -1.5..1.5), 1..6), speed in -0.5..0.5, turn in -0.5..0.5,
+        lag in 0.0..0.3,
     ) {
         let points: Vec<Point2D> = places.iter().map(|&(x, y)| Point2D { x, y }).collect();
         let wide = Outline::try_from(&Footprint::circle(0.28)).expect("a valid footprint");
-        let maneuver = cruise(speed, turn);
+        let maneuver = Maneuver { dynamics: BaseDynamics { lag, ..DYNAMICS }, ..cruise(speed, turn) };
         if !touches(&maneuver, &wide, &points) {
             prop_assert!(maneuver.stopping(&circle(), &points, 0.0).is_free(), "{:?}", maneuver);
         }

@@ -12,6 +12,7 @@ const DIFFERENTIAL: Base = Base {
     turning_radius: 0.0,
     acceleration: 0.5,
     turn_acceleration: 2.0,
+    lag: 0.0,
 };
 const SPREAD: Spread = Spread {
     deviation: [0.3, 0.2, 0.6],
@@ -59,7 +60,7 @@ impl World {
             path: path.to_vec(),
             motion: Motion {
                 pose,
-                velocity: [0.0; 3],
+                ..Motion::default()
             },
             controller: Controller::new(SHAPE, 7),
             nearest: f32::MAX,
@@ -125,6 +126,7 @@ impl World {
             self.motion = Motion {
                 pose: [x, y, libm::atan2f(first(lanes.sin), first(lanes.cos))],
                 velocity: lanes.velocity.map(first),
+                lead: core::array::from_fn(|part| first(lanes.target[part] - lanes.velocity[part])),
             };
             let away = |&(ox, oy): &(f32, f32)| libm::hypotf(ox - x, oy - y) - RADIUS;
             self.nearest = self.obstacles.iter().map(away).fold(self.nearest, f32::min);
@@ -165,7 +167,11 @@ fn every_kind_of_base_goes_around_what_stands_on_its_path() {
         turning_radius: 0.6,
         ..DIFFERENTIAL
     };
-    let bases = [DIFFERENTIAL, omnidirectional, car];
+    let lagging = Base {
+        lag: 0.3,
+        ..DIFFERENTIAL
+    };
+    let bases = [DIFFERENTIAL, omnidirectional, car, lagging];
     for (base, middle) in bases
         .into_iter()
         .flat_map(|base| [3.7, 4.0, 4.1].map(|middle| (base, middle)))

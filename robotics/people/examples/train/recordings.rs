@@ -60,7 +60,7 @@ fn read(file: &str, settings: &DetectorSettings) -> Result<Vec<Example>, Box<dyn
     let text = std::fs::read_to_string(file)?;
     let has_legs = text.lines().any(|line| !line.ends_with(" 0"));
     for (number, line) in text.lines().enumerate() {
-        let (scan, legs) = parse(line).ok_or_else(|| format!("{file}:{}: is no scan", number + 1))?;
+        let (scan, legs) = parse(line).ok_or_else(|| format!("{file}:{}: is not a scan", number + 1))?;
         if segments.update(&scan, settings.jump).is_err() {
             continue;
         }

@@ -6,7 +6,7 @@ use super::canvas::{Canvas, middles};
 use super::view::{Rays, V3, View, dot, sub};
 
 /// Nothing nearer than this is drawn, in metres: the inside of the camera.
-const NEAR: f64 = 0.01;
+const NEAR_PLANE: f64 = 0.01;
 
 /// A convex face with its corners in order.
 pub(super) struct Face {
@@ -76,15 +76,15 @@ fn in_picture<'a>(corners: &[V3; 4], view: &View, pixels: &'a mut [[f64; 2]; COR
     };
     for (index, &from) in local.iter().enumerate() {
         let to = local[(index + 1) % local.len()];
-        if from[2] >= NEAR {
+        if from[2] >= NEAR_PLANE {
             push(from);
         }
-        if (from[2] >= NEAR) != (to[2] >= NEAR) {
-            let part = (NEAR - from[2]) / (to[2] - from[2]);
+        if (from[2] >= NEAR_PLANE) != (to[2] >= NEAR_PLANE) {
+            let part = (NEAR_PLANE - from[2]) / (to[2] - from[2]);
             push([
                 from[0] + part * (to[0] - from[0]),
                 from[1] + part * (to[1] - from[1]),
-                NEAR,
+                NEAR_PLANE,
             ]);
         }
     }

@@ -5,20 +5,25 @@
 //! would bend under a tilt. All arithmetic is that of IEEE 754 and libm: the same world gives the same bytes
 //! anywhere.
 //!
-//! The depth buffer is also what a depth camera measures. There is no model of lenses, blur or shadows, and
-//! colours have no noise. A picture never shows the robot that carries the camera.
+//! The depth buffer is also what a depth camera measures. There is no model of blur or shadows. A picture never shows
+//! the robot that carries the camera.
 
 mod canvas;
 mod figure;
 mod flat;
 mod floor;
+mod lens;
 mod light;
+mod noise;
 mod renderer;
 mod round;
 mod tag;
 mod view;
 
+pub use lens::Lens;
+pub(crate) use lens::Warp;
 pub(crate) use light::Light;
+pub(crate) use noise::add_noise;
 pub(crate) use renderer::Renderer;
 
 use crate::error::{WorldError, check};
@@ -44,6 +49,12 @@ pub struct CameraConfig {
     pub place: [f64; 3],
     /// Its angle to the left on the carrying part, in radians.
     pub yaw: f64,
+    /// The place of its axis, and its distortion.
+    pub lens: Lens,
+    /// Standard deviation of each part of a colour, in steps of the 256.
+    pub noise: f64,
+    /// Separates the noise of several cameras of one robot.
+    pub stream: u16,
 }
 
 /// The part that carries a camera.
@@ -67,6 +78,9 @@ impl Default for CameraConfig {
             mount: CameraMount::default(),
             place: [0.0; 3],
             yaw: 0.0,
+            lens: Lens::default(),
+            noise: 0.0,
+            stream: 0,
         }
     }
 }
@@ -109,16 +123,51 @@ impl CameraConfig {
                 value.abs() <= 100.0
             })?;
         }
-        check("camera yaw", self.yaw, "a finite number", |_| true)
+        check("camera yaw", self.yaw, "a finite number", |_| true)?;
+        check("camera noise", self.noise, "0 to 100", |value| {
+            (0.0..=100.0).contains(&value)
+        })?;
+        for value in self.lens.principal {
+            check("camera principal point", value, "-4096 to 4096 pixels", |value| {
+                value.abs() <= 4096.0
+            })?;
+        }
+        for (what, value) in ["camera k1", "camera k2", "camera p1", "camera p2", "camera k3"]
+            .into_iter()
+            .zip(self.lens.distortion)
+        {
+            check(what, value, "a finite number, at most 100", |value| {
+                value.abs() <= 100.0
+            })?;
+        }
+        let is_one_to_one = !self.lens.distorts() || Warp::new(self).is_some();
+        let folds = "a lens that shows each point once, and at most three times the width and height";
+        check("camera k1", self.lens.distortion[0], folds, |_| is_one_to_one)
     }
 
-    /// Returns the view from a robot at a pose, with its head at the given angles.
+    /// Returns the place of the optical axis in the picture, in pixels from its upper left corner.
+    pub fn center(&self) -> [f64; 2] {
+        let [right, down] = self.lens.principal;
+        [self.width as f64 / 2.0 + right, self.height as f64 / 2.0 + down]
+    }
+
+    /// Returns the picture of a pinhole that a distorting lens needs; `None` for a lens that does not distort.
+    pub(crate) fn warp(&self) -> Option<Warp<'_>> {
+        self.lens.distorts().then(|| Warp::new(self)).flatten()
+    }
+
+    /// Returns the view from a robot at a pose, with its head at the given angles: that of the pinhole.
     pub(crate) fn view(&self, robot: Pose2, (head, mount): (Head, &HeadConfig)) -> View {
+        let warp = self.warp();
+        let (size, center) = match &warp {
+            Some(warp) => (warp.size, warp.center),
+            None => ([self.width, self.height], self.center()),
+        };
         let base = View::new(
             [robot.x, robot.y, 0.0],
             robot.heading,
             self.focal_length(),
-            [self.width, self.height],
+            (size, center),
         );
         let carrier = match self.mount {
             CameraMount::Body => base,

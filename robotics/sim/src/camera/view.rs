@@ -13,6 +13,8 @@ pub(crate) struct View {
     left: V3,
     up: V3,
     focal: f64,
+    /// The place of the optical axis in the picture, in pixels.
+    center: [f64; 2],
     pub(super) width: usize,
     pub(super) height: usize,
 }
@@ -29,7 +31,8 @@ pub(super) struct Rays {
 
 impl View {
     /// Creates an eye that looks along a heading, level.
-    pub(super) fn new(eye: V3, heading: f64, focal: f64, [width, height]: [usize; 2]) -> Self {
+    pub(super) fn new(eye: V3, heading: f64, focal: f64, (size, center): ([usize; 2], [f64; 2])) -> Self {
+        let [width, height] = size;
         let (sin, cos) = libm::sincos(heading);
         Self {
             eye,
@@ -37,6 +40,7 @@ impl View {
             left: [-sin, cos, 0.0],
             up: [0.0, 0.0, 1.0],
             focal,
+            center,
             width,
             height,
         }
@@ -67,7 +71,7 @@ impl View {
             scaled(self.left, -1.0 / self.focal),
             scaled(self.up, -1.0 / self.focal),
         );
-        let (u, v) = (self.width as f64 / 2.0, self.height as f64 / 2.0);
+        let [u, v] = self.center;
         let origin = [0, 1, 2].map(|axis| self.ahead[axis] - u * column[axis] - v * row[axis]);
         Rays { origin, column, row }
     }
@@ -81,8 +85,8 @@ impl View {
     /// Returns the position in the picture of a point ahead of the camera.
     pub(super) fn pixel(&self, [x, y, z]: V3) -> [f64; 2] {
         [
-            self.width as f64 / 2.0 + self.focal * x / z,
-            self.height as f64 / 2.0 + self.focal * y / z,
+            self.center[0] + self.focal * x / z,
+            self.center[1] + self.focal * y / z,
         ]
     }
 
@@ -95,7 +99,10 @@ impl View {
             // normal.
             offset.abs() * self.focal - z * half <= radius * (self.focal + half)
         };
-        z > -radius && side(x, self.width as f64 / 2.0) && side(y, self.height as f64 / 2.0)
+        // The farther edge of each two.
+        let [u, v] = self.center;
+        let (across, along) = (u.max(self.width as f64 - u), v.max(self.height as f64 - v));
+        z > -radius && side(x, across) && side(y, along)
     }
 }
 

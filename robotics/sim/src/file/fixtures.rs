@@ -1,16 +1,17 @@
-//! The fixed things of a world file: walls, boxes and circles. `movers` reads the things that move on their
+//! The fixed things of a world file: walls, boxes, tables and circles. `movers` reads the things that move on their
 //! own, `loose` those that can be pushed.
 //!
 //! Each reader reports every fault of its things, and returns `None` if there is one.
 
-use super::document::{Document, Table};
 use super::loose;
 use super::values::{self, between};
 use crate::color::Color;
+use crate::geometry::Pose2;
 use crate::loose::LooseBody;
 use crate::scene::Fixture;
 use crate::shape::Outline;
-use crate::solid::REFLECTIVITY;
+use crate::solid::{REFLECTIVITY, Surface};
+use jde_document::{FaultReport, Section};
 
 /// The appearance of a thing.
 #[derive(Clone, Copy, Debug)]
@@ -38,12 +39,20 @@ const CIRCLE: Appearance = Appearance {
 
 /// A fixed or a movable box.
 pub(crate) enum BoxPlan {
-    Fixed(Fixture),
+    /// With the legs of a table.
+    Fixed(Fixture, Vec<Fixture>),
     Loose(LooseBody),
 }
 
+/// The surfaces that a file can name.
+const SURFACES: [(&str, Surface); 3] = [
+    ("opaque", Surface::Opaque),
+    ("glass", Surface::Glass),
+    ("black", Surface::Black),
+];
+
 /// The keys of a box.
-pub(super) const BOX_KEYS: [&str; 9] = [
+pub(super) const BOX_KEYS: [&str; 11] = [
     "name",
     "center",
     "size",
@@ -53,44 +62,46 @@ pub(super) const BOX_KEYS: [&str; 9] = [
     "movable",
     "mass",
     "reflectivity",
+    "surface",
+    "legs",
 ];
 
 /// Reads the fixed things, and the boxes that are movable.
 pub(crate) fn read(
-    document: &Document<'_>,
-    root: &Table<'_>,
+    report: &mut FaultReport<'_>,
+    root: &Section<'_>,
 ) -> Option<(Vec<Fixture>, Vec<loose::PlacedBody>)> {
-    let walls = each(
-        document,
-        root,
-        "walls",
-        "wall",
-        &["name", "points", "closed", "color", "height", "reflectivity"],
-        wall,
-    );
-    let boxes = each(document, root, "boxes", "box", &BOX_KEYS, |table, name| {
-        Some((rectangular(table, name)?, table.span().clone()))
+    let keys = [
+        "name",
+        "points",
+        "closed",
+        "color",
+        "height",
+        "reflectivity",
+        "surface",
+    ];
+    let walls = each(report, root, "walls", "wall", &keys, wall);
+    let boxes = each(report, root, "boxes", "box", &BOX_KEYS, |report, table, name| {
+        Some((rectangular(report, table, name)?, table.span.clone()))
     });
-    let circles = each(
-        document,
-        root,
-        "circles",
-        "circle",
-        &[
-            "name",
-            "center",
-            "centers",
-            "radius",
-            "color",
-            "height",
-            "reflectivity",
-        ],
-        circles_of,
-    );
+    let keys = [
+        "name",
+        "center",
+        "centers",
+        "radius",
+        "color",
+        "height",
+        "reflectivity",
+        "surface",
+    ];
+    let circles = each(report, root, "circles", "circle", &keys, circles_of);
     let (mut fixtures, mut movable) = (walls?.concat(), Vec::new());
     for (plan, span) in boxes? {
         match plan {
-            BoxPlan::Fixed(fixture) => fixtures.push(fixture),
+            BoxPlan::Fixed(fixture, legs) => {
+                fixtures.push(fixture);
+                fixtures.extend(legs);
+            }
             BoxPlan::Loose(body) => movable.push((body, span)),
         }
     }
@@ -99,58 +110,68 @@ pub(crate) fn read(
 }
 
 /// Reads a box, fixed or movable.
-pub(super) fn rectangular(table: &Table<'_>, name: String) -> Option<BoxPlan> {
-    match table.optional("movable", false, values::flag)? {
-        true => loose::movable(table, name).map(BoxPlan::Loose),
-        false => fixed(table, name).map(BoxPlan::Fixed),
+pub(super) fn rectangular(
+    report: &mut FaultReport<'_>,
+    table: &Section<'_>,
+    name: String,
+) -> Option<BoxPlan> {
+    match table.optional(report, "movable", false, values::flag)? {
+        true => loose::movable(report, table, name).map(BoxPlan::Loose),
+        false => fixed(report, table, name),
     }
 }
 
 /// Reads the `color` and the `height` of a thing.
-pub(crate) fn read_appearance(table: &Table<'_>, default: Appearance) -> Option<Appearance> {
-    let color = table.optional("color", default.color, values::color);
-    let height = table.optional("height", default.height, values::positive);
+pub(crate) fn read_appearance(
+    report: &mut FaultReport<'_>,
+    table: &Section<'_>,
+    default: Appearance,
+) -> Option<Appearance> {
+    let color = table.optional(report, "color", default.color, values::color);
+    let height = table.optional(report, "height", default.height, values::positive);
     Some(Appearance {
         color: color?,
         height: height?,
     })
 }
 
-/// Reads how bright a fixed thing is to a laser: up to 1000 times a white surface, as a retroreflector may be.
-fn read_reflectivity(table: &Table<'_>) -> Option<f64> {
-    table.optional("reflectivity", REFLECTIVITY, between(0.0, 1000.0, ""))
+/// Reads how bright a fixed thing is to a laser, up to 1000 times a white surface, as a retroreflector may be; and its
+/// surface.
+fn read_finish(report: &mut FaultReport<'_>, table: &Section<'_>) -> Option<(f64, Surface)> {
+    let reflectivity = table.optional(report, "reflectivity", REFLECTIVITY, between(0.0, 1000.0, ""));
+    let surface = table.optional(report, "surface", Surface::Opaque, |node| {
+        values::one_of(node, "a surface", &SURFACES)
+    });
+    Some((reflectivity?, surface?))
 }
 
-/// Reads every item of an array of tables, each with its name; `None` if any has a fault.
+/// Reads every table of a list, each with its name; `None` if any has a fault.
 pub(crate) fn each<'a, T>(
-    document: &'a Document<'a>,
-    root: &Table<'a>,
+    report: &mut FaultReport<'_>,
+    root: &Section<'a>,
     key: &str,
     kind: &str,
     known: &[&str],
-    read: impl Fn(&Table<'a>, String) -> Option<T>,
+    read: impl Fn(&mut FaultReport<'_>, &Section<'a>, String) -> Option<T>,
 ) -> Option<Vec<T>> {
-    let is_faulty = root.get(key).is_some_and(|item| !item.get_ref().is_array());
+    let tables = root.tables(report, key, kind)?;
     let things: Vec<_> = (1..)
-        .zip(root.array(key))
-        .map(|(number, item)| {
-            let table = Table::item(document, item, kind, number, known)?;
-            let name = table.optional("name", format!("{kind} {number}"), values::text);
-            let thing = read(&table, name.clone().unwrap_or_default());
+        .zip(tables)
+        .map(|(number, table)| {
+            let table = table?;
+            table.refuse_unknown(report, known);
+            let name = table.optional(report, "name", format!("{kind} {number}"), values::text);
+            let thing = read(report, &table, name.clone().unwrap_or_default());
             name.and(thing)
         })
         .collect();
-    if is_faulty {
-        None
-    } else {
-        things.into_iter().collect()
-    }
+    things.into_iter().collect()
 }
 
-fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
-    let appearance = read_appearance(table, WALL);
-    let (points, reflectivity) = (polyline(table), read_reflectivity(table));
-    let (appearance, points, reflectivity) = (appearance?, points?, reflectivity?);
+fn wall(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<Vec<Fixture>> {
+    let appearance = read_appearance(report, table, WALL);
+    let (points, finish) = (polyline(report, table), read_finish(report, table));
+    let (appearance, points, (reflectivity, surface)) = (appearance?, points?, finish?);
     let sides = points.windows(2).map(|pair| Outline::Segment {
         from: pair[0],
         to: pair[1],
@@ -159,6 +180,7 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
         sides
             .map(|outline| Fixture {
                 reflectivity,
+                surface,
                 ..fixture(name.clone(), outline, appearance)
             })
             .collect(),
@@ -166,21 +188,23 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
 }
 
 /// Reads `points` and `closed`. A closed line ends with its first point.
-pub(super) fn polyline(table: &Table<'_>) -> Option<Vec<[f64; 2]>> {
-    let points = table.required("points", values::points);
-    let closed = table.optional("closed", false, values::flag);
+pub(super) fn polyline(report: &mut FaultReport<'_>, table: &Section<'_>) -> Option<Vec<[f64; 2]>> {
+    let points = table.required(report, "points", values::points);
+    let closed = table.optional(report, "closed", false, values::flag);
     let (mut points, closed) = (points?, closed?);
     if closed {
         if points.len() < 3 {
             table.fault(
-                table.span(),
+                report,
+                &table.span,
                 "is `closed` with two points: expected three or more",
             );
             return None;
         }
         if points[0] == points[points.len() - 1] {
             table.fault(
-                table.span(),
+                report,
+                &table.span,
                 "is `closed` and ends at its start: drop the last point",
             );
             return None;
@@ -190,49 +214,89 @@ pub(super) fn polyline(table: &Table<'_>) -> Option<Vec<[f64; 2]>> {
     Some(points)
 }
 
-fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {
+fn fixed(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<BoxPlan> {
     if let Some(mass) = table.get("mass") {
         table.fault(
+            report,
             &mass.span(),
             "has a `mass` and is not `movable`: add `movable = true`, or drop it",
         );
         return None;
     }
-    let (appearance, rectangle) = (read_appearance(table, BOX), rectangle(table));
-    let reflectivity = read_reflectivity(table);
-    let (center, size, angle) = rectangle?;
-    Some(Fixture {
-        reflectivity: reflectivity?,
-        ..fixture(name, Outline::Box { center, size, angle }, appearance?)
-    })
+    let (appearance, rectangle) = (read_appearance(report, table, BOX), rectangle(report, table));
+    let (finish, legs) = (read_finish(report, table), legs(report, table));
+    let ((center, size, angle), (reflectivity, surface)) = (rectangle?, finish?);
+    let (appearance, legs) = (appearance?, legs?);
+    let whole = Fixture {
+        reflectivity,
+        surface,
+        ..fixture(name, Outline::Box { center, size, angle }, appearance)
+    };
+    let Some(radius) = legs else {
+        return Some(BoxPlan::Fixed(whole, Vec::new()));
+    };
+    let [x, y] = size.map(|size| size / 2.0 - radius);
+    if x < radius || y < radius {
+        let message = format!("has `legs` of radius {radius} m, which overlap: make them thinner");
+        table.fault(report, &table.key_span("legs"), message);
+        return None;
+    }
+    let middle = Pose2::new(center[0], center[1], angle);
+    let legs = [[x, y], [-x, y], [-x, -y], [x, -y]].map(|[x, y]| {
+        let leg = middle.compose(Pose2::new(x, y, 0.0));
+        let outline = Outline::Circle {
+            center: [leg.x, leg.y],
+            radius,
+        };
+        Fixture {
+            outline,
+            ..whole.clone()
+        }
+    });
+    let top = Fixture {
+        surface: Surface::Tabletop,
+        ..whole
+    };
+    Some(BoxPlan::Fixed(top, legs.into()))
+}
+
+/// Reads the radius of the legs of a table; `None` for a box that is none.
+fn legs(report: &mut FaultReport<'_>, table: &Section<'_>) -> Option<Option<f64>> {
+    table.optional(report, "legs", None, |node| values::positive(node).map(Some))
 }
 
 /// Reads the center, the size and the angle in radians of a box.
-pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> {
+pub(crate) fn rectangle(
+    report: &mut FaultReport<'_>,
+    table: &Section<'_>,
+) -> Option<([f64; 2], [f64; 2], f64)> {
     let (center, size) = (
-        table.required("center", values::point),
-        table.required("size", values::size),
+        table.required(report, "center", values::point),
+        table.required(report, "size", values::size),
     );
-    let angle = table.optional("angle_deg", 0.0, values::number);
+    let angle = table.optional(report, "angle_deg", 0.0, values::number);
     Some((center?, size?, angle?.to_radians()))
 }
 
 /// Reads one circle, or several equal ones.
-fn circles_of(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
-    let appearance = read_appearance(table, CIRCLE);
-    let radius = table.required("radius", values::positive);
+fn circles_of(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<Vec<Fixture>> {
+    let appearance = read_appearance(report, table, CIRCLE);
+    let radius = table.required(report, "radius", values::positive);
     let centers = match (table.get("centers"), table.get("center")) {
-        (Some(_), None) => table.required("centers", values::centers),
-        (None, _) => table.required("center", values::point).map(|center| vec![center]),
+        (Some(_), None) => table.required(report, "centers", values::centers),
+        (None, _) => table
+            .required(report, "center", values::point)
+            .map(|center| vec![center]),
         (Some(centers), Some(_)) => {
-            table.fault(&centers.span(), "has `center` and `centers`: drop one");
+            table.fault(report, &centers.span(), "has `center` and `centers`: drop one");
             None
         }
     };
-    let reflectivity = read_reflectivity(table);
-    let (appearance, radius, reflectivity) = (appearance?, radius?, reflectivity?);
+    let finish = read_finish(report, table);
+    let (appearance, radius, (reflectivity, surface)) = (appearance?, radius?, finish?);
     let circle = |center| Fixture {
         reflectivity,
+        surface,
         ..fixture(name.clone(), Outline::Circle { center, radius }, appearance)
     };
     Some(centers?.into_iter().map(circle).collect())
@@ -245,5 +309,6 @@ pub(crate) fn fixture(name: String, outline: Outline, Appearance { color, height
         color,
         height,
         reflectivity: REFLECTIVITY,
+        surface: Surface::Opaque,
     }
 }

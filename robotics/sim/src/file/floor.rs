@@ -3,11 +3,11 @@
 
 use parry2d_f64::math::Vector;
 
-use super::document::{Document, Table};
 use super::fixtures::{each, polyline, rectangle};
 use super::values::{self, between};
 use crate::color::Color;
 use crate::floor::{Floor, Paint, PaintForm, PaintedArea, PaintedLine, Tiles};
+use jde_document::{FaultReport, Section};
 
 /// The default colour of the floor.
 const FLOOR: Color = Color::new(150, 143, 131);
@@ -34,10 +34,10 @@ const AREA_KEYS: [&str; 7] = [
     "tile_color",
 ];
 
-pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Floor> {
-    let color = root.optional("floor", FLOOR, values::color);
-    let areas = each(document, root, "floor_areas", "floor area", &AREA_KEYS, area);
-    let lines = each(document, root, "floor_lines", "floor line", &LINE_KEYS, line);
+pub(crate) fn read(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<Floor> {
+    let color = root.optional(report, "floor", FLOOR, values::color);
+    let areas = each(report, root, "floor_areas", "floor area", &AREA_KEYS, area);
+    let lines = each(report, root, "floor_lines", "floor line", &LINE_KEYS, line);
     let mut paints = areas?;
     paints.extend(lines?);
     Some(Floor {
@@ -46,15 +46,18 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Floor> {
     })
 }
 
-fn area(table: &Table<'_>, name: String) -> Option<Paint> {
-    let rectangle = rectangle(table);
-    let color = table.optional("color", AREA, values::color);
-    let side = table.optional("tile", None, |item| between(0.001, 100.0, "m")(item).map(Some));
-    let second = table.optional("tile_color", LINE, values::color);
+fn area(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<Paint> {
+    let rectangle = rectangle(report, table);
+    let color = table.optional(report, "color", AREA, values::color);
+    let side = table.optional(report, "tile", None, |node| {
+        between(0.001, 100.0, "m")(node).map(Some)
+    });
+    let second = table.optional(report, "tile_color", LINE, values::color);
     let ((center, size, angle), side, second) = (rectangle?, side?, second?);
-    if let (None, Some(item)) = (side, table.get("tile_color")) {
+    if let (None, Some(node)) = (side, table.get("tile_color")) {
         table.fault(
-            &item.span(),
+            report,
+            &node.span(),
             "has a `tile_color` and no `tile`: add the side of a tile, or drop it",
         );
         return None;
@@ -62,7 +65,8 @@ fn area(table: &Table<'_>, name: String) -> Option<Paint> {
     let count = side.map_or(0.0, |side| size[0] / side * (size[1] / side));
     if count > MAX_TILES {
         table.fault(
-            table.span(),
+            report,
+            &table.span,
             format!("has {count:.0} tiles: expected at most {MAX_TILES}"),
         );
         return None;
@@ -80,13 +84,15 @@ fn area(table: &Table<'_>, name: String) -> Option<Paint> {
     })
 }
 
-fn line(table: &Table<'_>, name: String) -> Option<Paint> {
-    let points = polyline(table);
-    let radius = table.optional("bend", 0.0, between(0.0, 1e3, "m"));
-    let width = table.optional("width", LINE_WIDTH, between(0.001, 10.0, "m"));
-    let color = table.optional("color", LINE, values::color);
+fn line(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<Paint> {
+    let points = polyline(report, table);
+    let radius = table.optional(report, "bend", 0.0, between(0.0, 1e3, "m"));
+    let width = table.optional(report, "width", LINE_WIDTH, between(0.001, 10.0, "m"));
+    let color = table.optional(report, "color", LINE, values::color);
     let bent = bent(&points?, radius?)
-        .map_err(|message| table.fault(table.span(), message))
+        .map_err(|message| {
+            table.fault(report, &table.span, message);
+        })
         .ok()?;
     Some(Paint {
         name,
@@ -124,7 +130,7 @@ fn bent(points: &[[f64; 2]], radius: f64) -> Result<Vec<[f64; 2]>, String> {
         if need > leg.length() + 1e-9 {
             let (number, length) = (index + 1, leg.length());
             return Err(format!(
-                "`bend` needs {need:.3} m of the leg from point {number}, which has {length:.3} m: make it smaller"
+                "has a `bend` that needs {need:.3} m of the leg from point {number}, which has {length:.3} m: make it smaller"
             ));
         }
     }

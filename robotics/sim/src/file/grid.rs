@@ -2,14 +2,14 @@
 //!
 //! This module handles cells only; `map` handles metres, rotations and files.
 
-use jde_map_file::Cell;
+use jde_map_file::MapCell;
 
 /// Cells by rows, from the lowest row.
 #[derive(Debug)]
 pub(crate) struct Grid {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    pub(crate) cells: Vec<Cell>,
+    pub(crate) cells: Vec<MapCell>,
 }
 
 /// A block of cells: the columns `left..right` and the rows `bottom..top`.
@@ -57,13 +57,13 @@ impl Grid {
     }
 }
 
-fn runs(cells: &[Cell]) -> impl Iterator<Item = (usize, usize)> {
+fn runs(cells: &[MapCell]) -> impl Iterator<Item = (usize, usize)> {
     let mut next = 0;
     std::iter::from_fn(move || {
-        let left = next + cells[next..].iter().position(|&cell| cell == Cell::Occupied)?;
+        let left = next + cells[next..].iter().position(|&cell| cell == MapCell::Occupied)?;
         let right = cells[left..]
             .iter()
-            .position(|&cell| cell != Cell::Occupied)
+            .position(|&cell| cell != MapCell::Occupied)
             .map_or(cells.len(), |run| left + run);
         next = right;
         Some((left, right))
@@ -72,13 +72,19 @@ fn runs(cells: &[Cell]) -> impl Iterator<Item = (usize, usize)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Block, Cell, Grid};
+    use super::{Block, Grid, MapCell};
     use proptest::prelude::*;
 
     fn grid(rows: &[&str]) -> Grid {
         let cells = rows.iter().rev().flat_map(|row| row.chars());
         let cells = cells
-            .map(|c| if c == '#' { Cell::Occupied } else { Cell::Free })
+            .map(|c| {
+                if c == '#' {
+                    MapCell::Occupied
+                } else {
+                    MapCell::Free
+                }
+            })
             .collect();
         Grid {
             width: rows[0].len(),
@@ -116,7 +122,7 @@ mod tests {
                 (Just(width), proptest::collection::vec(any::<bool>(), width * 9))
             })
         ) {
-            let cells = cells.into_iter().map(|solid| if solid { Cell::Occupied } else { Cell::Free }).collect();
+            let cells = cells.into_iter().map(|solid| if solid { MapCell::Occupied } else { MapCell::Free }).collect();
             let grid = Grid { width, height: 9, cells };
             let mut covered = vec![0; grid.cells.len()];
             for block in grid.blocks(usize::MAX).expect("any number") {
@@ -127,7 +133,7 @@ mod tests {
                 }
             }
             for (cell, times) in grid.cells.iter().zip(covered) {
-                prop_assert_eq!(times, usize::from(*cell == Cell::Occupied));
+                prop_assert_eq!(times, usize::from(*cell == MapCell::Occupied));
             }
         }
     }

@@ -5,11 +5,11 @@
 
 use std::ops::Range;
 
-use super::document::{Document, Table};
 use super::fixtures::{self, Appearance, BOX, each};
 use super::values;
 use crate::color::Color;
 use crate::loose::{LooseBody, LooseShape};
+use jde_document::{FaultReport, Section};
 
 /// A loose thing, and its span in the file.
 pub(crate) type PlacedBody = (LooseBody, Range<usize>);
@@ -21,40 +21,40 @@ const BALL_MASS: f64 = 0.43;
 /// The default colour of a ball.
 const BALL: Color = Color::new(240, 124, 24);
 
-pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<PlacedBody>> {
+pub(crate) fn balls(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<Vec<PlacedBody>> {
     let known = ["name", "center", "radius", "color", "mass"];
-    each(document, root, "balls", "ball", &known, ball)
+    each(report, root, "balls", "ball", &known, ball)
 }
 
 /// Reads a box that is `movable`.
-pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<LooseBody> {
-    if let Some(reflectivity) = table.get("reflectivity") {
-        table.fault(
-            &reflectivity.span(),
-            "has a `reflectivity` and is `movable`: drop one",
-        );
-        return None;
+pub(crate) fn movable(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<LooseBody> {
+    for key in ["reflectivity", "surface", "legs"] {
+        if let Some(node) = table.get(key) {
+            let message = format!("has `{key}` and is `movable`: drop one");
+            table.fault(report, &node.span(), message);
+            return None;
+        }
     }
-    let rectangle = fixtures::rectangle(table);
+    let rectangle = fixtures::rectangle(report, table);
     let (appearance, mass) = (
-        fixtures::read_appearance(table, BOX),
-        table.optional("mass", BOX_MASS, values::positive),
+        fixtures::read_appearance(report, table, BOX),
+        table.optional(report, "mass", BOX_MASS, values::positive),
     );
     let ((center, size, angle), Appearance { color, height }) = (rectangle?, appearance?);
     let form = LooseShape::Box { size, angle, height };
     Some(LooseBody::new(name, form, center, mass?, color))
 }
 
-fn ball(table: &Table<'_>, name: String) -> Option<PlacedBody> {
+fn ball(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<PlacedBody> {
     let (center, radius) = (
-        table.required("center", values::point),
-        table.required("radius", values::positive),
+        table.required(report, "center", values::point),
+        table.required(report, "radius", values::positive),
     );
-    let color = table.optional("color", BALL, values::color);
-    let mass = table.optional("mass", BALL_MASS, values::positive);
+    let color = table.optional(report, "color", BALL, values::color);
+    let mass = table.optional(report, "mass", BALL_MASS, values::positive);
     let form = LooseShape::Ball { radius: radius? };
     Some((
         LooseBody::new(name, form, center?, mass?, color?),
-        table.span().clone(),
+        table.span.clone(),
     ))
 }

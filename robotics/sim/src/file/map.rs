@@ -5,17 +5,16 @@
 
 use std::path::{Path, PathBuf};
 
-use jde_files::{LeftOut, read_text};
-use jde_map_file::{Cell, Kind, MAX_TEXT, MapFile};
+use jde_files::LeftOut;
+use jde_map_file::{MapCell, MapFile};
 
-use super::document::{Document, Table};
 use super::fixtures;
 use super::grid::{Block, Grid};
 use super::values;
-use crate::error::Fault;
 use crate::geometry::Pose2;
 use crate::scene::Fixture;
 use crate::shape::Outline;
+use jde_document::{Fault, FaultReport, Section};
 
 /// Most rectangles of occupied cells: a hundred times those of a large building, and as many as the tree of
 /// shapes builds in a second.
@@ -36,39 +35,46 @@ pub(crate) struct Map {
 }
 
 /// Reads the map that the world names, if it names one.
-pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<Map>> {
-    let Some(item) = root.get("map") else {
+pub(crate) fn read(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<Option<Map>> {
+    let Some(node) = root.get("map") else {
         return Some(None);
     };
-    let name = root.required("map", values::text)?;
-    let path = document.path().parent().unwrap_or(Path::new("")).join(&name);
-    let text = match read_text(&path, MAX_TEXT) {
-        Ok(text) => text,
-        Err(error) => {
-            let shown = path.display();
-            let message = match Kind::of_file(&path) {
-                Some(kind) => format!("`{shown}` is {kind}, and no ROS map: {}", kind.way_to_map()),
-                None => format!("cannot read the map `{shown}`: {error}"),
-            };
-            root.fault(&item.span(), message);
-            return None;
-        }
+    let name = root.required(report, "map", values::text)?;
+    let path = report.file().parent().unwrap_or(Path::new("")).join(&name);
+    let mut file = MapFile::load(&path)
+        .map_err(|faults| match faults.list() {
+            // Of a file that is no map, the place that names it is wrong.
+            [fault] if fault.line().is_none() && fault.location.file() == Some(&path) => {
+                let message = format!("`map` of the world: {}: {}", path.display(), fault.message);
+                report.fault(&node.span(), message).help = fault.help.clone();
+            }
+            _ => report.include(faults),
+        })
+        .ok()?;
+    file.cells.iter_mut().for_each(|cell| *cell = cell.decided());
+    let grid = Grid {
+        width: file.width,
+        height: file.height,
+        cells: file.cells,
     };
-    match load(&name, &path, &text) {
-        Ok(None) => {
-            let message = format!(
-                "the map `{}` has more than {MAX_BLOCKS} separate walls: clean the image of noise",
-                path.display(),
-            );
-            root.fault(&item.span(), message);
-            None
-        }
-        Ok(map) => Some(map),
-        Err(faults) => {
-            faults.into_iter().for_each(|fault| document.push(fault));
-            None
-        }
-    }
+    let Some(blocks) = grid.blocks(MAX_BLOCKS) else {
+        let message = format!(
+            "the map `{}` has more than {MAX_BLOCKS} separate walls: clean the image of noise",
+            path.display(),
+        );
+        report.fault(&node.span(), message);
+        return None;
+    };
+    let [x, y, heading] = file.origin;
+    Some(Some(Map {
+        blocks,
+        path,
+        left_out: file.left_out,
+        name,
+        resolution: file.resolution,
+        origin: Pose2::new(x, y, heading),
+        grid,
+    }))
 }
 
 impl Map {
@@ -87,11 +93,9 @@ impl Map {
 
     /// Returns what the file of the map says for nothing.
     pub(crate) fn warnings(&self) -> impl Iterator<Item = Fault> {
-        self.left_out.lines().map(|message| Fault {
-            file: self.path.clone(),
-            line: None,
-            message,
-        })
+        self.left_out
+            .lines()
+            .map(|message| Fault::of_file(&self.path, message))
     }
 
     /// Returns the four corners of the image in the world.
@@ -117,9 +121,11 @@ impl Map {
             (0.0..self.grid.width as f64).contains(&column) && (0.0..self.grid.height as f64).contains(&row);
         let cell = inside.then(|| self.grid.cells[row as usize * self.grid.width + column as usize]);
         match cell {
-            Some(Cell::Free) => None,
-            Some(Cell::Occupied) => Some(format!("inside `{}`: move it to free ground", self.name)),
-            Some(Cell::Unknown | Cell::Likely(_)) => Some(format!("on unknown ground of `{}`", self.name)),
+            Some(MapCell::Free) => None,
+            Some(MapCell::Occupied) => Some(format!("inside `{}`: move it to free ground", self.name)),
+            Some(MapCell::Unknown | MapCell::Likely(_)) => {
+                Some(format!("on unknown ground of `{}`", self.name))
+            }
             None => Some(format!("outside the map `{}`", self.name)),
         }
     }
@@ -131,25 +137,4 @@ impl Map {
             .compose(Pose2::new(column * self.resolution, row * self.resolution, 0.0));
         [point.x, point.y]
     }
-}
-
-/// Reads a map; `None` if it has too many walls.
-fn load(name: &str, path: &Path, text: &str) -> Result<Option<Map>, Vec<Fault>> {
-    let mut file = MapFile::parse(path, text)?;
-    file.cells.iter_mut().for_each(|cell| *cell = cell.decided());
-    let grid = Grid {
-        width: file.width,
-        height: file.height,
-        cells: file.cells,
-    };
-    let [x, y, heading] = file.origin;
-    Ok(grid.blocks(MAX_BLOCKS).map(|blocks| Map {
-        blocks,
-        path: path.to_owned(),
-        left_out: file.left_out,
-        name: name.to_owned(),
-        resolution: file.resolution,
-        origin: Pose2::new(x, y, heading),
-        grid,
-    }))
 }

@@ -4,7 +4,6 @@
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 
 mod chargers;
-mod document;
 mod edits;
 mod fixtures;
 mod floor;
@@ -21,12 +20,12 @@ mod values;
 
 use std::path::Path;
 
-use toml::de::DeTable;
+use jde_document::{Fault, FaultReport, Faults, Section};
+use jde_map_file::Kind;
 
-use self::document::{Document, Table};
 use crate::camera::Light;
 use crate::charger::Charger;
-use crate::error::{Fault, WorldError};
+use crate::error::WorldError;
 use crate::floor::{Floor, Paint};
 use crate::geometry::{Bounds, Pose2};
 use crate::loose::LooseBody;
@@ -38,8 +37,6 @@ use crate::tag::Tag;
 pub(crate) use self::edits::read as read_edits;
 pub(crate) use self::fixtures::BoxPlan;
 pub(crate) use self::robot::read as read_robot;
-pub(crate) use jde_map_file::nearest;
-use jde_map_file::{Kind, MAX_TEXT};
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MAX_SAMPLES`] checks.
@@ -77,7 +74,7 @@ pub(crate) struct Start {
     pub(crate) source: String,
 }
 
-pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
+pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Faults> {
     let keys = [
         "name",
         "map",
@@ -103,17 +100,13 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
 
 /// Returns the text of a file; `what` names its content in errors.
 pub(crate) fn load(path: &Path, what: &str) -> Result<String, WorldError> {
-    jde_files::read_text(path, MAX_TEXT).map_err(|error| {
+    jde_document::read(path, &format!("a {what} file")).map_err(|faults| {
         // What is no text, or too long for one, may be of a known kind.
-        let kind = Kind::of_file(path);
-        WorldError::Faults(vec![Fault {
-            file: path.to_owned(),
-            line: None,
-            message: match kind {
-                Some(kind) => other_kind(kind, path, what),
-                None => format!("cannot read the {what}: {error}"),
-            },
-        }])
+        let kind = Kind::of_file(path).filter(|kind| *kind != Kind::Toml);
+        WorldError::Faults(match kind {
+            Some(kind) => Fault::of_file(path, other_kind(kind, path, what)).into(),
+            None => faults,
+        })
     })
 }
 
@@ -133,47 +126,45 @@ fn parse<T>(
     path: &Path,
     what: &str,
     keys: &[&str],
-    read: impl FnOnce(&Document<'_>, &Table<'_>) -> Option<T>,
-) -> Result<T, Vec<Fault>> {
-    let (root, errors) = DeTable::parse_recoverable(text);
-    let document = Document::new(path, text);
-    let kind = Kind::of(text.as_bytes()).filter(|kind| *kind != Kind::Toml && !errors.is_empty());
-    if let Some(kind) = kind {
-        document.fault(&(0..0), other_kind(kind, path, what));
-        return Err(document.into_faults());
+    read: impl FnOnce(&mut FaultReport<'_>, &Section<'_>) -> Option<T>,
+) -> Result<T, Faults> {
+    let mut report = FaultReport::new(path, text);
+    let Some(document) = jde_document::parse(&mut report, text) else {
+        let kind = Kind::of(text.as_bytes()).filter(|kind| *kind != Kind::Toml);
+        return Err(match kind {
+            Some(kind) => Fault::of_file(path, other_kind(kind, path, what)).into(),
+            None => report.into_faults(),
+        });
+    };
+    let root = Section::new(format!("the {what}"), 0..0, document.get_ref());
+    root.refuse_unknown(&mut report, keys);
+    match read(&mut report, &root) {
+        // A fault that affects no value, such as an unknown key, also refuses the file.
+        Some(content) => report.finish().map(|_| content),
+        None => Err(report.into_faults()),
     }
-    for error in &errors {
-        document.fault(&error.span().unwrap_or(0..0), error.message());
-    }
-    // The tree is unreliable after a syntax error.
-    if !errors.is_empty() {
-        return Err(document.into_faults());
-    }
-    let root = Table::new(&document, root.get_ref(), 0..0, what.to_owned(), keys);
-    let plan = read(&document, &root);
-    let faults = document.into_faults();
-    // A fault that affects no value, such as an unknown key, also refuses the file.
-    plan.filter(|_| faults.is_empty()).ok_or(faults)
 }
 
 /// Reads all parts before it returns, so that every fault is reported.
-fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
-    let file_name = document
-        .path()
+fn parse_world(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<WorldFile> {
+    let file_name = report
+        .file()
         .file_stem()
         .map(|stem| stem.to_string_lossy().into_owned());
-    let name = root.optional("name", file_name.unwrap_or_default(), values::text);
-    let stated = starts::bounds(document, root);
-    let reference_length = root.optional("reference_length", None, |item| values::positive(item).map(Some));
-    let map = map::read(document, root);
-    let floor = floor::read(document, root);
-    let light = scenery::light(document, root);
-    let tags = tags::read(document, root);
-    let chargers = chargers::read(document, root);
-    let things = fixtures::read(document, root);
-    let balls = loose::balls(document, root);
-    let movers = movers::read(document, root);
-    let starts = starts::starts(document, root);
+    let name = root.optional(report, "name", file_name.unwrap_or_default(), values::text);
+    let stated = starts::bounds(report, root);
+    let reference_length = root.optional(report, "reference_length", None, |node| {
+        values::positive(node).map(Some)
+    });
+    let map = map::read(report, root);
+    let floor = floor::read(report, root);
+    let light = scenery::light(report, root);
+    let tags = tags::read(report, root);
+    let chargers = chargers::read(report, root);
+    let things = fixtures::read(report, root);
+    let balls = loose::balls(report, root);
+    let movers = movers::read(report, root);
+    let starts = starts::starts(report, root);
     let (name, stated, map, floor, light, tags) = (name?, stated?, map?, floor?, light?, tags?);
     let chargers = chargers?;
     let ((mut fixtures, mut loose), movers, starts) = (things?, movers?, starts?);
@@ -181,10 +172,8 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     loose.extend(balls?);
 
     if starts.len() > MAX_ROBOTS {
-        root.fault(
-            root.span(),
-            format!("{} robots: expected at most {MAX_ROBOTS}", starts.len()),
-        );
+        let message = format!("has {} robots: expected at most {MAX_ROBOTS}", starts.len());
+        root.fault(report, &root.key_span("robots"), message);
     }
     let mut is_valid = starts.len() <= MAX_ROBOTS;
     for (count, what) in [
@@ -193,8 +182,9 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     ] {
         if count > MAX_MOVING {
             root.fault(
-                root.span(),
-                format!("{count} {what}: expected at most {MAX_MOVING}"),
+                report,
+                &root.span,
+                format!("has {count} {what}: expected at most {MAX_MOVING}"),
             );
             return None;
         }
@@ -204,7 +194,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     for (start, span) in &starts {
         let point = [start.pose.x, start.pose.y];
         if let Some(reason) = misplaced(point, &scene, stated, map.as_ref()) {
-            document.fault(span, format!("robot `{}` starts {reason}", start.robot));
+            report.fault(span, format!("robot `{}` starts {reason}", start.robot));
             is_valid = false;
         }
     }
@@ -212,15 +202,13 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         .iter()
         .map(|(plan, _)| mover::Mover::new(plan.clone()))
         .collect();
-    if !room::check(document, &scene, &movers_at_start, &loose) || !is_valid {
+    if !room::check(report, &scene, &movers_at_start, &loose) || !is_valid || report.count() > 0 {
         return None;
     }
-    let mut warnings: Vec<_> = map.iter().flat_map(map::Map::warnings).collect();
+    let mut doubts = Vec::new();
     if scene.is_empty() {
-        warnings.push(document.fault_at(
-            root.span(),
-            "no walls: the world has no fixed things, and range sensors measure nothing",
-        ));
+        let text = "no walls: the world has no fixed things, and range sensors measure nothing";
+        doubts.push((&root.span, text.to_owned()));
     }
     let mut samples = 0;
     for (mover, span) in &movers {
@@ -229,7 +217,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         samples += solids.len();
         if samples > MAX_ALL_SAMPLES {
             let length = MAX_ALL_SAMPLES as f64 * STRIDE / 1e3;
-            document.fault(
+            report.fault(
                 span,
                 format!("the ways of all movers have more than {length} km: shorten them"),
             );
@@ -244,8 +232,11 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
                 mover.name,
                 obstacles.join("`, `")
             );
-            warnings.push(document.fault_at(span, text));
+            doubts.push((span, text));
         }
+    }
+    for (span, text) in doubts {
+        report.concern(span, text);
     }
     let ways = movers.iter().flat_map(|(mover, _)| mover.path.iter().copied());
     let corners = scene
@@ -273,7 +264,9 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         starts,
         bounds,
         reference_length,
-        warnings,
+        warnings: (map.iter().flat_map(map::Map::warnings))
+            .chain(report.concerns().iter().cloned())
+            .collect(),
     })
 }
 

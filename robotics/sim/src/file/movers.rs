@@ -4,11 +4,11 @@
 
 use std::ops::Range;
 
-use super::document::{Document, Table};
 use super::fixtures::{self, Appearance, each};
 use super::values;
 use crate::color::Color;
 use crate::mover::{self, EndBehavior, MoverShape};
+use jde_document::{FaultReport, Section};
 
 /// The default clearance of a mover to robots, in metres: an arm's length.
 const CLEARANCE: f64 = 0.5;
@@ -33,8 +33,8 @@ const SIGNAL: Color = Color::new(240, 130, 30);
 const SHOULDERS: f64 = 0.25;
 
 pub(crate) fn read(
-    document: &Document<'_>,
-    root: &Table<'_>,
+    report: &mut FaultReport<'_>,
+    root: &Section<'_>,
 ) -> Option<Vec<(mover::MoverConfig, Range<usize>)>> {
     let known = [
         "name",
@@ -48,8 +48,8 @@ pub(crate) fn read(
         "clearance",
         "wait",
     ];
-    let movers = each(document, root, "movers", "mover", &known, |table, name| {
-        Some((mover(table, name)?, table.span().clone()))
+    let movers = each(report, root, "movers", "mover", &known, |report, table, name| {
+        Some((mover(report, table, name)?, table.span.clone()))
     });
     let known = [
         "name",
@@ -65,40 +65,41 @@ pub(crate) fn read(
         "clearance",
         "wait",
     ];
-    let people = each(document, root, "people", "person", &known, |table, name| {
-        Some((person(table, name)?, table.span().clone()))
+    let people = each(report, root, "people", "person", &known, |report, table, name| {
+        Some((person(report, table, name)?, table.span.clone()))
     });
     Some(movers?.into_iter().chain(people?).collect())
 }
 
-fn mover(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
+fn mover(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<mover::MoverConfig> {
     let body = match (table.get("radius"), table.get("size")) {
         (Some(_), None) => table
-            .required("radius", values::positive)
+            .required(report, "radius", values::positive)
             .map(|radius| MoverShape::Circle { radius }),
         (None, Some(_)) => table
-            .required("size", values::size)
+            .required(report, "size", values::size)
             .map(|size| MoverShape::Box { size }),
         (Some(_), Some(_)) | (None, None) => {
             table.fault(
-                table.span(),
+                report,
+                &table.span,
                 "needs a `radius` for a round body or a `size` for a box, and only one",
             );
             None
         }
     };
-    let appearance = fixtures::read_appearance(table, MOVER);
-    let speed = table.required("speed", values::speed);
-    walk(table, name, body, appearance, (speed, Some(0.0)))
+    let appearance = fixtures::read_appearance(report, table, MOVER);
+    let speed = table.required(report, "speed", values::speed);
+    walk(report, table, name, body, appearance, (speed, Some(0.0)))
 }
 
-fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
-    let radius = table.optional("radius", SHOULDERS, values::positive);
-    let sits = table.optional("sits", false, values::flag);
+fn person(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<mover::MoverConfig> {
+    let radius = table.optional(report, "radius", SHOULDERS, values::positive);
+    let sits = table.optional(report, "sits", false, values::flag);
     let speed = if sits == Some(false) {
-        table.required("speed", values::speed_or_rest)
+        table.required(report, "speed", values::speed_or_rest)
     } else {
-        table.optional("speed", 0.0, values::speed_or_rest)
+        table.optional(report, "speed", 0.0, values::speed_or_rest)
     };
     let walks = table
         .get("speed")
@@ -111,11 +112,11 @@ fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     } else {
         PERSON
     };
-    let appearance = fixtures::read_appearance(table, default);
-    let pause = table.optional("pause", 0.0, values::not_negative);
-    let signal = table.optional("signal", SIGNAL, values::color);
+    let appearance = fixtures::read_appearance(report, table, default);
+    let pause = table.optional(report, "pause", 0.0, values::not_negative);
+    let signal = table.optional(report, "signal", SIGNAL, values::color);
     let body = if let (Some(true), Some(speed)) = (sits, walks) {
-        table.fault(&speed.span(), "sits and walks: drop `sits` or `speed`");
+        table.fault(report, &speed.span(), "sits and walks: drop `sits` or `speed`");
         None
     } else {
         radius
@@ -123,21 +124,22 @@ fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
             .zip(signal)
             .map(|((radius, sits), signal)| MoverShape::Person { radius, sits, signal })
     };
-    walk(table, name, body, appearance, (speed, pause))
+    walk(report, table, name, body, appearance, (speed, pause))
 }
 
 /// Reads the keys that movers and people share.
 fn walk(
-    table: &Table<'_>,
+    report: &mut FaultReport<'_>,
+    table: &Section<'_>,
     name: String,
     body: Option<MoverShape>,
     appearance: Option<Appearance>,
     (speed, pause): (Option<f64>, Option<f64>),
 ) -> Option<mover::MoverConfig> {
-    let way = table.required("way", values::points);
-    let closed = table.optional("loop", false, values::flag);
-    let clearance = table.optional("clearance", CLEARANCE, values::positive);
-    let patience = table.optional("wait", WAIT, values::not_negative);
+    let way = table.required(report, "way", values::points);
+    let closed = table.optional(report, "loop", false, values::flag);
+    let clearance = table.optional(report, "clearance", CLEARANCE, values::positive);
+    let patience = table.optional(report, "wait", WAIT, values::not_negative);
     let (way, at_end) = (
         way?,
         if closed? {
@@ -148,7 +150,8 @@ fn walk(
     );
     if at_end == EndBehavior::Loop && !values::are_apart(way[way.len() - 1], way[0]) {
         table.fault(
-            table.span(),
+            report,
+            &table.span,
             "is a `loop` whose `way` ends where it starts: drop the last point",
         );
         return None;

@@ -2,15 +2,20 @@
 //!
 //! It ignores robots: they are added later, and are refused where a thing lies.
 
-use super::document::Document;
 use super::loose::PlacedBody;
 use crate::loose::CONTACT_GAP;
 use crate::mover::Mover;
 use crate::scene::Scene;
+use jde_document::FaultReport;
 
 /// Records a fault for every loose thing that lies in a fixed thing, in a mover at its start, or in another
 /// loose thing. Returns whether there is none.
-pub(crate) fn check(document: &Document<'_>, scene: &Scene, movers: &[Mover], loose: &[PlacedBody]) -> bool {
+pub(crate) fn check(
+    report: &mut FaultReport<'_>,
+    scene: &Scene,
+    movers: &[Mover],
+    loose: &[PlacedBody],
+) -> bool {
     let mut is_valid = true;
     for (index, (body, span)) in loose.iter().enumerate() {
         let fixed = scene.near(body.solid(), CONTACT_GAP);
@@ -24,7 +29,7 @@ pub(crate) fn check(document: &Document<'_>, scene: &Scene, movers: &[Mover], lo
             .map(|(other, _)| other.name.as_str());
         if let Some(by) = fixed.chain(moving).chain(before).next() {
             let text = format!("`{}` lies in `{by}`: move it to free ground", body.name);
-            document.fault(span, text);
+            report.fault(span, text);
             is_valid = false;
         }
     }

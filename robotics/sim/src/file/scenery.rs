@@ -2,14 +2,14 @@
 //!
 //! For pictures only: no other sensor uses them.
 
-use super::document::{Document, Table};
 use super::values;
 use crate::camera::Light;
+use jde_document::{FaultReport, Section};
 
-pub(crate) fn light(document: &Document<'_>, root: &Table<'_>) -> Option<Light> {
+pub(crate) fn light(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<Light> {
     let default = Light::default();
-    let sky = root.optional("sky", default.sky, values::color);
-    let direction = direction(document, root, default.direction);
+    let sky = root.optional(report, "sky", default.sky, values::color);
+    let direction = direction(report, root, default.direction);
     Some(Light {
         direction: direction?,
         sky: sky?,
@@ -17,22 +17,14 @@ pub(crate) fn light(document: &Document<'_>, root: &Table<'_>) -> Option<Light> 
 }
 
 /// Returns the unit vector toward the light.
-fn direction(document: &Document<'_>, root: &Table<'_>, default: [f64; 3]) -> Option<[f64; 3]> {
-    let Some(item) = root.get("light") else {
+fn direction(report: &mut FaultReport<'_>, root: &Section<'_>, default: [f64; 3]) -> Option<[f64; 3]> {
+    if root.get("light").is_none() {
         return Some(default);
-    };
-    let Some(keys) = item.get_ref().as_table() else {
-        root.fault(
-            &item.span(),
-            "`light` is not a table: expected { from_deg = 60, height_deg = 50 }",
-        );
-        return None;
-    };
-    let known = ["from_deg", "height_deg"];
-    let table = Table::new(document, keys, item.span(), "light".to_owned(), &known);
+    }
+    let table = root.nested(report, "light", &["from_deg", "height_deg"])?;
     let (from, height) = (
-        table.required("from_deg", values::number),
-        table.required("height_deg", values::number),
+        table.required(report, "from_deg", values::number),
+        table.required(report, "height_deg", values::number),
     );
     let (sin, cos) = libm::sincos(from?.to_radians());
     let (up, along) = libm::sincos(height?.to_radians());

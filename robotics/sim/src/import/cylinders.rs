@@ -2,11 +2,13 @@
 //! Ground Navigation*, 2020): a line has the number of a world and the centres of its cylinders.
 
 use std::collections::HashSet;
+use std::path::Path;
 
+use jde_document::{Fault, Faults};
 use jde_files::LeftOut;
 
+use super::ImportedWorld;
 use super::writer::Draft;
-use super::{Faults, ImportedWorld};
 
 /// The radius of a cylinder, m.
 const RADIUS: f64 = 0.075;
@@ -15,7 +17,9 @@ const HEIGHT: f64 = 1.0;
 /// Where the robot of the challenge starts: m, m, degrees.
 const START: [f64; 3] = [-2.25, 3.0, 90.0];
 
-pub(super) fn read(text: &str, stem: &str) -> Result<Vec<ImportedWorld>, Faults> {
+pub(super) fn read(path: &Path, text: &str) -> Result<Vec<ImportedWorld>, Faults> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let fault = |line, message| Fault::at_line(path, line, message);
     let mut worlds = Vec::new();
     let mut faults = Vec::new();
     let mut seen = HashSet::new();
@@ -25,7 +29,7 @@ pub(super) fn read(text: &str, stem: &str) -> Result<Vec<ImportedWorld>, Faults>
     for (number, line) in lines {
         match world(line) {
             Ok((index, _)) if !seen.insert(index) => {
-                faults.push((number, format!("world {index} is there twice")));
+                faults.push(fault(number, format!("world {index} is there twice")));
             }
             Ok((index, draft)) => worlds.push(ImportedWorld {
                 name: format!("{index:03}"),
@@ -37,16 +41,19 @@ pub(super) fn read(text: &str, stem: &str) -> Result<Vec<ImportedWorld>, Faults>
                 left_out: LeftOut::default(),
                 notes: Vec::new(),
             }),
-            Err(message) => faults.push((number, message)),
+            Err(message) => faults.push(fault(number, message)),
         }
     }
     if worlds.is_empty() && faults.is_empty() {
-        faults.push((1, "has no world: expected lines `NUMBER X,Y X,Y ...`".to_owned()));
+        faults.push(fault(
+            1,
+            "has no world: expected lines `NUMBER X,Y X,Y ...`".to_owned(),
+        ));
     }
     if faults.is_empty() {
         Ok(worlds)
     } else {
-        Err(faults)
+        Err(faults.into())
     }
 }
 
@@ -55,7 +62,7 @@ fn world(line: &str) -> Result<(u32, Draft), String> {
     let index = words.next().unwrap_or_default();
     let index = index
         .parse()
-        .map_err(|_| format!("`{}` is no number of a world", index.escape_debug()))?;
+        .map_err(|_| format!("`{}` is not a number of a world", index.escape_debug()))?;
     let mut draft = Draft {
         starts: vec![("robot".to_owned(), START)],
         ..Draft::default()

@@ -1,6 +1,6 @@
 //! Maps as worlds: the map itself, written beside the world, and a place where a robot can start. It traces no walls.
 
-use jde_map_file::{Cell, MapFile};
+use jde_map_file::{MapCell, MapFile};
 
 use super::writer::Draft;
 use super::{ImportedWorld, map_files};
@@ -18,7 +18,7 @@ pub(super) fn world(map: MapFile, comment: &str, name: &str) -> ImportedWorld {
         Some([x, y, _]) => notes.push(format!("The robot starts at ({x:.2}, {y:.2}).")),
         None => notes.push("The map has no free cell, and no robot can start on it.".to_owned()),
     }
-    let is_likely = |cell: &Cell| matches!(cell, Cell::Likely(_));
+    let is_likely = |cell: &MapCell| matches!(cell, MapCell::Likely(_));
     if map.cells.iter().any(is_likely) {
         notes.push(
             "Cells with a probability are free below 20 %, occupied from 65 % and unknown between."
@@ -90,12 +90,12 @@ fn room(map: &MapFile) -> Vec<u16> {
     // From below, the cells below are known, and from above, those above.
     for (row, column) in cells.clone() {
         let index = row * width + column;
-        if map.cells[index].decided() == Cell::Free && row > 0 && column > 0 && column + 1 < width {
+        if map.cells[index].decided() == MapCell::Free && row > 0 && column > 0 && column + 1 < width {
             let below = index - width;
             let known = [index - 1, below - 1, below, below + 1];
             let least = known.map(|index| room[index]).into_iter().min();
             room[index] = least.unwrap_or(0_u16).saturating_add(1);
-        } else if map.cells[index].decided() == Cell::Free {
+        } else if map.cells[index].decided() == MapCell::Free {
             room[index] = 1;
         }
     }

@@ -12,10 +12,11 @@ mod writer;
 
 use std::path::{Path, PathBuf};
 
+use jde_document::{Fault, Faults};
 use jde_files::LeftOut;
 use jde_map_file::{Kind, MapFile};
 
-use crate::error::{Fault, WorldError, bounded};
+use crate::error::WorldError;
 use crate::file;
 
 /// Greatest file that is read, bytes.
@@ -57,26 +58,16 @@ impl ImportedWorld {
 /// # Errors
 /// A file that cannot be read, is of no such kind or has faults, each with its line.
 pub fn import(path: &Path, models: &[PathBuf], name: &str) -> Result<Vec<ImportedWorld>, WorldError> {
-    let fault = |line, message| Fault {
-        file: path.to_owned(),
-        line,
-        message,
-    };
-    let other = |kind| vec![fault(None, file::other_kind(kind, path, "world"))];
-    let bytes = jde_files::read_unpacked(path, MAX_TEXT).map_err(|error| {
-        WorldError::Faults(match Kind::of_file(path) {
-            _ if path.is_dir() => vec![fault(None, in_folder(path))],
-            Some(kind) if !kind.becomes_world() => other(kind),
-            Some(_) | None => vec![fault(None, format!("cannot read the file: {error}"))],
-        })
+    let fault = |message| Faults::from(Fault::of_file(path, message));
+    let other = |kind| fault(file::other_kind(kind, path, "world"));
+    let bytes = jde_files::read_unpacked(path, MAX_TEXT).map_err(|error| match Kind::of_file(path) {
+        _ if path.is_dir() => fault(in_folder(path)),
+        Some(kind) if !kind.becomes_world() => other(kind),
+        Some(_) | None => fault(format!("cannot read the file: {error}")),
     })?;
     let (kind, is_binary) = (Kind::of(&bytes), bytes.contains(&0));
     let text = decoded(bytes);
     let (one, name) = (|world| vec![world], name.to_owned());
-    let with_file = |faults: Faults| -> Vec<Fault> {
-        let faults = faults.into_iter();
-        faults.map(|(line, message)| fault(Some(line), message)).collect()
-    };
     let starts_with_digit = text
         .trim_start()
         .starts_with(|first: char| first.is_ascii_digit());
@@ -87,30 +78,22 @@ pub fn import(path: &Path, models: &[PathBuf], name: &str) -> Result<Vec<Importe
         }
         Some(Kind::MovingAi) => MapFile::parse_moving_ai(path, &text)
             .map(|map| one(map::moving_ai(map, &name)))
-            .map_err(|fault| vec![fault]),
-        Some(Kind::Cylinders) | None if kind.is_some() || starts_with_digit => {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            cylinders::read(&text, &stem).map_err(with_file)
-        }
-        None if is_binary => Err(vec![fault(
-            None,
-            "it is a binary file of an unknown kind".to_owned(),
-        )]),
+            .map_err(Faults::from),
+        Some(Kind::Cylinders) | None if kind.is_some() || starts_with_digit => cylinders::read(path, &text),
+        None if is_binary => Err(fault("it is a binary file of an unknown kind".to_owned())),
         // A world of Stage may begin with settings that are no sign of it.
         Some(Kind::Stage) | None => worldfile::read(path, &text, name).map(one),
         Some(kind) => Err(other(kind)),
     };
-    let worlds = worlds.map_err(|faults| WorldError::Faults(bounded(faults)))?;
+    let worlds = worlds?;
     match worlds.iter().find(|world| world.text.len() > MAX_WORLD) {
         None => Ok(worlds),
-        Some(world) => Err(WorldError::Faults(vec![fault(
-            None,
-            format!(
-                "its world would have {} MiB, and a world has at most {}: convert a part of it",
-                world.text.len().div_ceil(1 << 20),
-                MAX_WORLD >> 20
-            ),
-        )])),
+        Some(world) => Err(fault(format!(
+            "its world would have {} MiB, and a world has at most {}: convert a part of it",
+            world.text.len().div_ceil(1 << 20),
+            MAX_WORLD >> 20
+        ))
+        .into()),
     }
 }
 
@@ -150,6 +133,3 @@ fn in_folder(path: &Path) -> String {
 fn map_files(name: &str) -> (String, String) {
     (format!("{name}-map.yaml"), format!("{name}-map.pgm"))
 }
-
-/// Faults with their lines.
-type Faults = Vec<(usize, String)>;

@@ -3,6 +3,7 @@
 //! Reading changes nothing: the same sensor at the same time gives the same values, noise included.
 
 mod bumper;
+mod delivery;
 mod depth;
 mod imu;
 mod laser;
@@ -11,9 +12,10 @@ mod position;
 mod sonar;
 
 pub use bumper::{BUMPER_HEADINGS, Bumpers};
+pub use delivery::Delivery;
 pub use depth::DepthConfig;
 pub use imu::{ImuConfig, ImuReading};
-pub use laser::LaserConfig;
+pub use laser::{LaserConfig, LaserTurn, NoReturn};
 pub use line::LineSensorConfig;
 pub use position::PositionConfig;
 pub use sonar::SonarConfig;

@@ -1,6 +1,7 @@
 //! A ring of sonars: each reports the nearest thing in its cone, however thin.
 //!
-//! Multiple reflections, crosstalk and surfaces that reflect away from the sensor are not modelled.
+//! Multiple reflections, crosstalk and surfaces that reflect away from the sensor are not modelled; a part of the echoes
+//! may be lost, wherever they come from.
 
 use crate::error::{WorldError, check};
 use crate::geometry::Pose2;
@@ -20,6 +21,8 @@ pub struct SonarConfig {
     pub range_max: f64,
     /// Standard deviation of a range, in metres.
     pub sigma: f64,
+    /// The part of the echoes that do not come back: the sonar then reads as if nothing were there.
+    pub dropped_echoes: f64,
     /// Separates the noise of several rings of one robot.
     pub stream: u16,
 }
@@ -54,6 +57,7 @@ impl Default for SonarConfig {
             range_min: 0.0,
             range_max: 5.0,
             sigma: 0.01,
+            dropped_echoes: 0.0,
             stream: 0,
         }
     }
@@ -88,6 +92,9 @@ impl SonarConfig {
             "more than range_min",
             |value| value > self.range_min,
         )?;
+        check("sonar dropped_echoes", self.dropped_echoes, "0 to 1", |value| {
+            (0.0..=1.0).contains(&value)
+        })?;
         check("sonar sigma", self.sigma, "0 m or more", |value| value >= 0.0)
     }
 
@@ -96,13 +103,14 @@ impl SonarConfig {
     pub(crate) fn measure(
         &self,
         robot: Pose2,
-        noise: &Noise,
+        (noise, drops): (&Noise, &Noise),
         ranges: &mut [f32],
         cast: impl Fn([f64; 2], f64) -> Option<f64>,
     ) {
         for (index, (mount, range)) in self.mounts.iter().zip(ranges).enumerate() {
             let sonar = robot.compose(*mount);
-            let nearest = cast([sonar.x, sonar.y], sonar.heading);
+            let is_dropped = self.dropped_echoes > 0.0 && drops.uniform(index as u32) < self.dropped_echoes;
+            let nearest = cast([sonar.x, sonar.y], sonar.heading).filter(|_| !is_dropped);
             let error = self.sigma * noise.normals(index as u32)[0];
             *range = super::reading(nearest, error, self.range_min, self.range_max);
         }

@@ -4,9 +4,9 @@
 //! A change takes no simulated time. A refused one changes nothing.
 
 use super::{RobotId, World};
-use crate::edit::{Action, Edit};
+use crate::edit::{Edit, EditAction};
 use crate::error::WorldError;
-use crate::file::{self, BoxPlan};
+use crate::file::BoxPlan;
 use crate::loose::CONTACT_GAP;
 use crate::mover::Mover;
 use crate::robot::CONTACT;
@@ -24,19 +24,19 @@ impl World {
     /// bounds.
     pub fn edit(&mut self, robot: RobotId, edit: &Edit) -> Result<(), WorldError> {
         match &edit.action {
-            Action::Place(None, pose) => self.place(robot, *pose)?,
-            Action::Place(Some(name), pose) => {
+            EditAction::Place(None, pose) => self.place(robot, *pose)?,
+            EditAction::Place(Some(name), pose) => {
                 let found = self.robots().find(|(_, known)| known == name).map(|(id, _)| id);
                 let found =
                     found.ok_or_else(|| self.unknown("robot", name, self.robots().map(|(_, name)| name)))?;
                 self.place(found, *pose)?;
             }
-            Action::Add(plan) => self.add_box(plan)?,
-            Action::Remove(name) => self.remove(name)?,
-            Action::Halt(name) => self.halt(name, true)?,
-            Action::Resume(name) => self.halt(name, false)?,
-            Action::Raise(name) => self.signal(name, true)?,
-            Action::Lower(name) => self.signal(name, false)?,
+            EditAction::Add(plan) => self.add_box(plan)?,
+            EditAction::Remove(name) => self.remove(name)?,
+            EditAction::Halt(name) => self.halt(name, true)?,
+            EditAction::Resume(name) => self.halt(name, false)?,
+            EditAction::Raise(name) => self.signal(name, true)?,
+            EditAction::Lower(name) => self.signal(name, false)?,
         }
         self.update_contacts();
         Ok(())
@@ -49,7 +49,7 @@ impl World {
 
     fn add_box(&mut self, plan: &BoxPlan) -> Result<(), WorldError> {
         let (name, solid) = match plan {
-            BoxPlan::Fixed(Fixture { name, outline, .. }) => (name, Solid::new(outline)),
+            BoxPlan::Fixed(Fixture { name, outline, .. }, _) => (name, Solid::new(outline)),
             BoxPlan::Loose(body) => (&body.name, body.solid().clone()),
         };
         if self.shapes().any(|shape| shape.name == name) || self.robot_names().any(|robot| robot == name) {
@@ -60,8 +60,8 @@ impl World {
             return Err(WorldError::BoxBlocked { name, by });
         }
         match plan {
-            BoxPlan::Fixed(fixture) => {
-                self.scene.add(fixture.clone());
+            BoxPlan::Fixed(fixture, legs) => {
+                self.scene.add([std::slice::from_ref(fixture), legs].concat());
                 self.changes += 1;
             }
             BoxPlan::Loose(body) => self.loose.add(body.clone()),
@@ -144,7 +144,7 @@ impl World {
             world: self.name.clone(),
             kind,
             name: name.to_owned(),
-            nearest: file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned),
+            nearest: jde_nearest::nearest(name, known.iter().map(String::as_str)).map(str::to_owned),
             known,
         }
     }

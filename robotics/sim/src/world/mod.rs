@@ -21,7 +21,7 @@ use crate::charger::Charger;
 use crate::error::{Fault, WorldError};
 use crate::file::{self, Start, WorldFile};
 use crate::floor::Floor;
-use crate::footprint::Body;
+use crate::footprint::RobotBody;
 use crate::geometry::Bounds;
 use crate::loose::{self, LooseBodies, Pusher};
 use crate::mover::Mover;
@@ -91,7 +91,7 @@ impl World {
             bounds,
             reference_length,
             warnings,
-        } = file::read(text, path.as_ref()).map_err(WorldError::Faults)?;
+        } = file::read(text, path.as_ref())?;
         Ok(Self {
             name,
             seed,
@@ -215,7 +215,7 @@ impl World {
 
     /// Returns the nearest thing to a body, loose things included, and the gap. The gap is negative on
     /// overlap.
-    fn placement_clearance(&self, robot: usize, body: &Body) -> (&str, f64) {
+    fn placement_clearance(&self, robot: usize, body: &RobotBody) -> (&str, f64) {
         let loose = self.loose.bodies().iter().map(|thing| {
             let gap = thing.solid().distance_to_point(body.center()) - body.radius();
             (thing.name.as_str(), gap)
@@ -225,7 +225,7 @@ impl World {
 
     /// Returns the nearest thing to a body, loose things excluded, and the gap. The gap is negative on
     /// overlap.
-    fn clearance(&self, robot: usize, body: &Body) -> (&str, f64) {
+    fn clearance(&self, robot: usize, body: &RobotBody) -> (&str, f64) {
         let movers = self
             .movers
             .iter()
@@ -243,7 +243,7 @@ impl World {
             .unwrap_or(("nothing", f64::INFINITY))
     }
 
-    fn others(&self, except: usize) -> impl Iterator<Item = (usize, Body)> {
+    fn others(&self, except: usize) -> impl Iterator<Item = (usize, RobotBody)> {
         self.robot_slots
             .iter()
             .enumerate()

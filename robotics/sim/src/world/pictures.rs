@@ -3,11 +3,15 @@
 //! A picture shows the present time and changes nothing.
 
 use super::{RobotId, World};
-use crate::camera::{CameraConfig, Renderer};
+use crate::camera::{CameraConfig, Renderer, add_noise};
 use crate::error::WorldError;
 use crate::loose::LooseShape;
 use crate::random::Purpose;
 use crate::sensor::DepthConfig;
+use crate::solid::Surface;
+
+/// The thickness of the top of a table, in metres.
+const TABLETOP: f64 = 0.03;
 
 impl World {
     /// Fills `picture` with the view of a camera on a robot: RGB, three bytes a pixel, rows from the top.
@@ -61,8 +65,13 @@ impl World {
         let head = (self.head(robot), &self.config(robot).head);
         let view = camera.view(self.truth(robot).pose, head);
         let mut renderer = Renderer::new(view, (&self.floor, &self.light), &self.tags);
-        for shape in self.scene.shapes() {
-            renderer.add_outline(shape.outline, [0.0, shape.height], shape.color);
+        for thing in self.scene.fixtures() {
+            let bottom = match thing.surface {
+                Surface::Glass => continue,
+                Surface::Opaque | Surface::Black => 0.0,
+                Surface::Tabletop => (thing.height - TABLETOP).max(0.0),
+            };
+            renderer.add_outline(thing.outline, [bottom, thing.height], thing.color);
         }
         for mover in &self.movers {
             match mover.person() {
@@ -88,6 +97,18 @@ impl World {
         for (other, _) in self.robots().filter(|(other, _)| *other != robot) {
             renderer.add_robot(self.truth(other).pose, self.config(other));
         }
-        Ok(renderer.draw(picture))
+        let near = match camera.warp() {
+            None => renderer.draw(picture),
+            Some(warp) => {
+                let mut pinhole = vec![0; warp.bytes()];
+                let near = renderer.draw(&mut pinhole);
+                warp.apply(&pinhole, &near, picture)
+            }
+        };
+        if camera.noise > 0.0 {
+            let noise = self.noise(robot, Purpose::Picture, camera.stream);
+            add_noise(picture, camera.noise, &noise);
+        }
+        Ok(near)
     }
 }

@@ -2,10 +2,12 @@
 //!
 //! Measuring does not change the world.
 
+use std::time::Duration;
+
 use super::{RobotId, World};
 use crate::battery::Battery;
 use crate::cone::Cone;
-use crate::error::WorldError;
+use crate::error::{WorldError, check};
 use crate::head::Head;
 use crate::loose::LooseBody;
 use crate::mover::Mover;
@@ -13,13 +15,15 @@ use crate::odometer::{Encoders, Odometry, OdometryCovariance};
 use crate::random::{Noise, Purpose};
 use crate::robot::{CONTACT, SimulatedRobot, Truth};
 use crate::sensor::{
-    self, Bumpers, ImuConfig, ImuReading, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig,
+    self, Bumpers, Delivery, ImuConfig, ImuReading, LaserConfig, LineSensorConfig, PositionConfig,
+    SonarConfig,
 };
 use crate::solid;
+use crate::sweep::Echo;
 
 impl World {
     /// Fills `ranges` with metres, one value a beam from right to left; +∞ is no return, -∞ is too near
-    /// (REP-117).
+    /// (REP-117), unless the laser reads otherwise by its [`crate::NoReturn`].
     ///
     /// # Errors
     /// A buffer whose length is not `beams`, an invalid number in the configuration.
@@ -50,12 +54,61 @@ impl World {
     ) -> Result<(), WorldError> {
         laser.check()?;
         check_buffer("laser", ranges.len(), laser.beams)?;
+        let echoes = match laser.turn {
+            None => {
+                let mut sweep = laser.sweep(self.truth(robot).pose);
+                self.scene.sweep(&mut sweep);
+                self.for_each_movable(RayKind::Light, Some(robot), |solid| sweep.meet(solid));
+                sweep.into_echoes()
+            }
+            Some(turn) => {
+                let trail = self.config(robot).trail;
+                check(
+                    "laser turn",
+                    turn.period,
+                    "at most the `trail` of the robot",
+                    |period| period <= trail,
+                )?;
+                self.turned_echoes(robot, laser)
+            }
+        };
         let noise = self.noise(robot, Purpose::Laser, laser.stream);
-        laser.scan(self.truth(robot).pose, &noise, (ranges, intensities), |sweep| {
-            self.scene.sweep(sweep);
-            self.for_each_movable(RayKind::Light, Some(robot), |solid| sweep.meet(solid));
-        });
+        let drops = self.noise(robot, Purpose::DroppedBeams, laser.stream);
+        laser.scan(&echoes, (&noise, &drops), (ranges, intensities));
         Ok(())
+    }
+
+    /// Returns what the beams of a turning laser met, each from where the robot was at its time.
+    fn turned_echoes(&self, robot: RobotId, laser: &LaserConfig) -> Vec<Option<Echo>> {
+        let body = self.robot(robot);
+        let max = laser.range_max;
+        let echo = |beam| {
+            let ray = laser.ray(body.pose_ago(laser.age(beam)), beam);
+            let mut nearest = self.scene.light(&ray, max);
+            self.for_each_movable(RayKind::Light, Some(robot), |solid| {
+                let limit = nearest.map_or(max, |echo| echo.distance);
+                if let Some(distance) = solid.cast_light(&ray, limit) {
+                    nearest = Some(Echo::of(solid, distance));
+                }
+            });
+            nearest
+        };
+        (0..laser.beams).map(echo).collect()
+    }
+
+    /// Returns how long a measurement of the present time takes to arrive; `None` if it never does. `stream` separates the
+    /// sensors of one robot.
+    ///
+    /// # Errors
+    /// An invalid number in the configuration.
+    pub fn delay(
+        &self,
+        robot: RobotId,
+        delivery: &Delivery,
+        stream: u16,
+    ) -> Result<Option<Duration>, WorldError> {
+        delivery.check()?;
+        Ok(delivery.delay(&self.noise(robot, Purpose::Delivery, stream)))
     }
 
     /// Fills `ranges` with metres, one value a sonar in the order of its mounts; +∞ is no echo, -∞ is too
@@ -67,9 +120,13 @@ impl World {
         ring.check()?;
         check_buffer("sonars", ranges.len(), ring.mounts.len())?;
         let noise = self.noise(robot, Purpose::Sonar, ring.stream);
-        ring.measure(self.truth(robot).pose, &noise, ranges, |origin, heading| {
-            self.cast_cone(origin, heading, ring.cone, ring.range_max, Some(robot))
-        });
+        let drops = self.noise(robot, Purpose::DroppedBeams, !ring.stream);
+        ring.measure(
+            self.truth(robot).pose,
+            (&noise, &drops),
+            ranges,
+            |origin, heading| self.cast_cone(origin, heading, ring.cone, ring.range_max, Some(robot)),
+        );
         Ok(())
     }
 

@@ -5,7 +5,7 @@
 use super::{RobotSlot, World};
 use crate::config::RobotConfig;
 use crate::error::WorldError;
-use crate::file::{self, Start};
+use crate::file::Start;
 use crate::footprint::Footprint;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::HeadCommand;
@@ -100,7 +100,7 @@ impl World {
             .position(|slot| slot.start.robot == name)
             .ok_or_else(|| {
                 let known: Vec<String> = self.robot_names().map(str::to_owned).collect();
-                let nearest = file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned);
+                let nearest = jde_nearest::nearest(name, known.iter().map(String::as_str)).map(str::to_owned);
                 WorldError::UnknownRobot {
                     world: self.name.clone(),
                     robot: name.to_owned(),

@@ -152,7 +152,7 @@ fn a_refused_edit_says_why_and_changes_nothing() {
             "{ remove = 'dor' }",
             "no thing `dor` now; it has `cart`, `carton`, `wall`",
         ),
-        ("{ remove = 'cartn' }", "did you mean `carton`?"),
+        ("{ remove = 'catron' }", "did you mean `carton`?"),
         ("{ remove = 'r' }", "no thing `r`"),
         (
             "{ halt = 'carton' }",
@@ -200,25 +200,31 @@ fn a_text_of_edits_reports_all_its_faults() {
     };
     let all = faults("[{ remove = 7 }, { plce = 1 }, { place = { x = 1 } }]");
     for expected in [
-        "`remove` is an integer",
+        "`remove` of edit 1 must be a text, not a whole number",
         "did you mean `place`?",
-        "`y` is missing",
+        "`y` of `place` of edit 3 is missing",
     ] {
         assert!(all.contains(expected), "`{expected}` is not in: {all}");
     }
     for (text, expected) in [
         ("remove door", "edit"),
-        ("7", "expected a table"),
-        ("{ remove = 'a', halt = 'b' }", "expected one of `place`, `add`"),
+        ("7", "edit 1 must be a table, not a whole number"),
+        (
+            "{ remove = 'a', halt = 'b' }",
+            "edit 1 must have one of `place`, `add`",
+        ),
         (
             "{ place = 'a' }",
-            "`place` is a string: expected a table of `robot`, `x`",
+            "`place` of edit 1 must be a table of `robot`, `x`, `y` and `heading_deg`, not a text",
         ),
         (
             "{ add = { center = [1, 1], size = [1, 1] } }",
-            "`name` is missing",
+            "`name` of `add` of edit 1 is missing",
         ),
-        ("{ number = -1, edits = [] }", "`number` is not a whole number"),
+        (
+            "{ number = -1, edits = [] }",
+            "`number` of the text must be a whole number from 0",
+        ),
     ] {
         let found = faults(text);
         assert!(found.contains(expected), "{text}: {found}");

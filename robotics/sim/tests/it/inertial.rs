@@ -247,17 +247,17 @@ rate = 5
         (
             "gyro_noise_deg = 1",
             "gyro_noise = 1",
-            "r.toml:15: imu: unknown key `gyro_noise`; did you mean `gyro_noise_deg`?",
+            "r.toml:15:1: unknown key `gyro_noise` in `imu` of the robot\n    help: did you mean `gyro_noise_deg`?",
         ),
         (
             "outage = 0.2",
             "outage = 20",
-            "r.toml:21: position: `outage` is 20: expected 0 to 1",
+            "r.toml:21:10: `outage` of `position` of the robot is 20: expected 0 to 1",
         ),
         (
             "noise = 1.5",
             "noise = -1",
-            "r.toml:20: position: `noise` is -1: expected 0 to 1000 m",
+            "r.toml:20:9: `noise` of `position` of the robot is -1: expected 0 to 1000 m",
         ),
     ] {
         let error = RobotModel::parse(&robot.replace(line, by), "r.toml").expect_err("it has a fault");

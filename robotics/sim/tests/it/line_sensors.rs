@@ -124,16 +124,19 @@ ticks_per_mm = 10
     for (wrong, parts) in [
         (
             "spot = 0.01",
-            &["r.toml:13: ", "line_sensor: `mounts` is missing"][..],
+            &["r.toml:13:", "`mounts` of `line_sensor` of the robot is missing"][..],
         ),
-        ("mounts = []", &["r.toml:14: ", "expected points"]),
+        ("mounts = []", &["r.toml:14:", "expected points"]),
         (
             "mounts = [[0, 0]]\nnoise = 2",
-            &["r.toml:15: ", "`noise` is 2: expected 0 to 1"],
+            &[
+                "r.toml:15:",
+                "`noise` of `line_sensor` of the robot is 2: expected 0 to 1",
+            ],
         ),
         (
             "mounts = [[0, 0]]\nspots = 0.01",
-            &["r.toml:15: ", "did you mean `spot`?"],
+            &["r.toml:15:", "did you mean `spot`?"],
         ),
     ] {
         let error = parse(wrong).expect_err("it has a fault");

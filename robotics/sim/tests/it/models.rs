@@ -58,7 +58,7 @@ fn fault(line: &str, by: &str) -> String {
     let faults = faults(&text);
     assert_eq!(faults.len(), 1, "{faults:#?}");
     let number = 1 + SMALL.lines().position(|known| known == line).expect("the line");
-    let place = format!("lab/r.toml:{number}: ");
+    let place = format!("lab/r.toml:{number}:");
     faults[0]
         .strip_prefix(&place)
         .unwrap_or_else(|| panic!("{} is not at {place}", faults[0]))
@@ -84,7 +84,7 @@ fn the_pioneer_is_the_default_robot() {
 #[test]
 fn every_shipped_robot_drives_a_metre_within_its_limits_and_senses() {
     let files = shipped();
-    assert_eq!(files.len(), 7);
+    assert_eq!(files.len(), jde_sim::SHIPPED_ROBOTS.len());
     for path in files {
         let model = RobotModel::load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(
@@ -116,11 +116,14 @@ fn every_shipped_robot_drives_a_metre_within_its_limits_and_senses() {
             model.name
         );
         let measured = world.odometry(robot).pose.distance(truth.pose);
-        assert!(measured < 0.1, "{}: {measured} m of drift", model.name);
+        let [[x, ..], [_, y, _], _] = world.odometry_covariance(robot).pose;
+        let expected = 0.01 + 4.0 * (x + y).sqrt();
+        assert!(measured < expected, "{}: {measured} m of drift", model.name);
         for laser in &model.lasers {
             let mut ranges = vec![0.0; laser.config.beams];
             world.laser(robot, &laser.config, &mut ranges).unwrap();
-            assert!(ranges.iter().all(|range| *range > 0.0), "{}", model.name);
+            // One that reads 0 without a return does so in a hall beyond its range.
+            assert!(ranges.iter().all(|range| *range >= 0.0), "{}", model.name);
         }
     }
 }
@@ -160,10 +163,49 @@ fn a_small_robot_has_what_its_file_says_and_nothing_else() {
 }
 
 #[test]
+fn each_kind_of_fault_is_shown_at_its_place() {
+    for (line, by, expected) in [
+        (
+            "bumpers = true",
+            "bumper = true",
+            "unknown key `bumper` in the robot\n   LINE | bumper = true\n      | ^^^^^^\n    help: did you mean `bumpers`?",
+        ),
+        (
+            "radius = 0.1",
+            "radius = '10 cm'",
+            "`radius` of `footprint` of the robot must be a number, not a text\n   LINE | radius = '10 cm'\n      \
+             |          ^^^^^^^",
+        ),
+        (
+            "rate = 20",
+            "rate = 0",
+            "`rate` of laser 1 is 0: expected 0.01 to 100 Hz\n   LINE | rate = 0\n      |        ^",
+        ),
+        (
+            "kinematics = 'differential'",
+            "kinematics = 'diferential'",
+            "`kinematics` of `drive` of the robot is `diferential`, which is not a kinematics\n   \
+             LINE | kinematics = 'diferential'\n      |              ^^^^^^^^^^^^^\n    help: did you mean `differential`?",
+        ),
+    ] {
+        let number = 1 + SMALL.lines().position(|known| known == line).expect("the line");
+        let error = RobotModel::parse(&SMALL.replace(line, by), "r.toml").expect_err("a fault");
+        let shown = format!("{error:#}");
+        let (place, shown) = shown.split_once(": ").expect("a place");
+        assert!(place.starts_with(&format!("r.toml:{number}:")), "{place}");
+        assert_eq!(shown, expected.replace("LINE", &format!("{number:2}")), "{by}");
+    }
+}
+
+#[test]
 fn a_wrong_value_is_reported_at_its_line() {
     for (line, by, parts) in [
-        ("radius = 0.1", "radius = 0", ["`radius` is 0", "0.01 to 10 m"]),
-        ("radius = 0.1", "radius = 'x'", ["`radius` is a string", "number"]),
+        (
+            "radius = 0.1",
+            "radius = 0",
+            ["`radius` of `footprint` of the robot is 0", "0.01 to 10 m"],
+        ),
+        ("radius = 0.1", "radius = 'x'", ["must be a number", "not a text"]),
         (
             "radius = 0.1",
             "polygon = [[0, 0], [1, 0], [0, 1]]",
@@ -182,31 +224,82 @@ fn a_wrong_value_is_reported_at_its_line() {
         (
             "max_speed = 0.5",
             "max_speed = nan",
-            ["`max_speed` is NaN", "finite"],
+            ["`drive` of the robot is NaN", "finite"],
         ),
-        (
-            "acceleration = 1",
-            "acceleration = -1",
-            ["`acceleration` is -1", "m/s²"],
-        ),
+        ("acceleration = 1", "acceleration = -1", ["is -1", "m/s²"]),
         (
             "max_turn_deg = 90",
             "max_turn_deg = inf",
             ["`max_turn_deg`", "finite"],
         ),
-        ("track = 0.2", "track = 0", ["odometry", "`track` is 0"]),
+        ("track = 0.2", "track = 0", ["`track` of `odometry`", "is 0"]),
         ("beams = 10", "beams = 1.5", ["laser 1", "whole number"]),
         (
             "view_deg = 90",
             "view_deg = 400",
             ["laser 1", "0.1 to 360 degrees"],
         ),
-        ("rate = 20", "rate = 0", ["`rate` is 0", "Hz"]),
+        ("rate = 20", "rate = 0", ["`rate` of laser 1 is 0", "Hz"]),
         ("bumpers = true", "bumpers = 1", ["`bumpers`", "true or false"]),
         (
             "bumpers = true",
             "bumper = true",
             ["unknown key `bumper`", "did you mean `bumpers`?"],
+        ),
+        (
+            "rate = 20",
+            "turning = 'clockwise'",
+            ["laser 1 turns", "no `rate` of 1 to 100 Hz"],
+        ),
+        (
+            "rate = 20",
+            "turning = 'clockwis'",
+            ["`turning` of laser 1", "did you mean `clockwise`?"],
+        ),
+        (
+            "rate = 20",
+            "no_return = 'infinity'",
+            ["`no_return` of laser 1", "not what a beam reads"],
+        ),
+        (
+            "rate = 20",
+            "dropped_beams = 2",
+            ["`dropped_beams` of laser 1 is 2", "0 to 1"],
+        ),
+        (
+            "rate = 20",
+            "latency = -1",
+            ["`latency` of laser 1 is -1", "0 to 10 s"],
+        ),
+        (
+            "rate = 20",
+            "jitter = 11",
+            ["`jitter` of laser 1 is 11", "0 to 10 s"],
+        ),
+        (
+            "rate = 20",
+            "dropped = 1.1",
+            ["`dropped` of laser 1 is 1.1", "0 to 1"],
+        ),
+        (
+            "ticks_per_mm = 10",
+            "latency = 'x'\nticks_per_mm = 10",
+            ["`latency` of `odometry`", "must be a number"],
+        ),
+        (
+            "acceleration = 1",
+            "dead_band = 2\nacceleration = 1",
+            ["`dead_band`", "0 to 1 m/s"],
+        ),
+        (
+            "acceleration = 1",
+            "skid = 1\nacceleration = 1",
+            ["`skid`", "0 to 0.9"],
+        ),
+        (
+            "acceleration = 1",
+            "turn_dead_band_deg = -1\nacceleration = 1",
+            ["`turn_dead_band_deg`", "0 to 500 degrees/s"],
         ),
     ] {
         let message = fault(line, by);
@@ -222,12 +315,12 @@ fn all_faults_are_reported_together() {
         "nmae = 'x'\n[footprint]\nradius = 1\npolygon = []\n[drive]\nkinematics = 'car'\nmax_turn_deg = 3\n",
     );
     for part in [
-        "r.toml:1: robot: unknown key `nmae`; did you mean `name`?",
+        "r.toml:1:1: unknown key `nmae` in the robot\n    help: did you mean `name`?",
         "either a `radius` or a `polygon`",
-        "`wheelbase` is missing",
-        "`max_speed` is missing",
+        "`wheelbase` of `drive` of the robot is missing",
+        "`max_speed` of `drive` of the robot is missing",
         "unknown key `max_turn_deg`",
-        "[odometry] is missing",
+        "`odometry` of the robot is missing",
     ] {
         assert!(
             faults.iter().any(|fault| fault.contains(part)),
@@ -248,7 +341,7 @@ fn two_lasers_of_one_name_are_refused_and_others_have_noise_of_their_own() {
 #[test]
 fn a_file_that_cannot_be_read_is_an_error() {
     let error = RobotModel::load("/nowhere/r.toml").unwrap_err().to_string();
-    assert!(error.contains("cannot read the robot"), "{error}");
+    assert!(error.contains("r.toml: there is no such file"), "{error}");
 }
 
 /// Values of all kinds, and the limits of arithmetic.
@@ -274,7 +367,7 @@ proptest! {
 
     #[test]
     fn a_corrupted_file_is_refused_or_describes_a_robot_that_drives(
-        file in 0..6usize,
+        file in 0..jde_sim::SHIPPED_ROBOTS.len(),
         changes in proptest::collection::vec((any::<prop::sample::Index>(), value()), 1..4),
         removed in proptest::option::of(any::<prop::sample::Index>()),
     ) {
@@ -321,7 +414,7 @@ fn a_model_is_a_shipped_robot_or_a_file() {
         .expect_err("it is not shipped")
         .to_string();
     assert!(
-        error.contains("`pioneer.toml`, or one of `jackal`, `omni`"),
+        error.contains("`pioneer.toml`, or one of `jackal`, `jackal-late`"),
         "{error}"
     );
 }

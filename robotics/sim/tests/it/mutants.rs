@@ -204,12 +204,12 @@ fn worlds_and_maps_must_be_regular_files() {
         .err()
         .expect("a device is refused")
         .to_string();
-    assert!(error.contains("no regular file"), "{error}");
+    assert!(error.contains("not a regular file"), "{error}");
     let error = World::parse("map = \"/dev/zero\"\n", "w.toml", 0)
         .err()
         .expect("a device is refused")
         .to_string();
-    assert!(error.contains("no regular file"), "{error}");
+    assert!(error.contains("not a regular file"), "{error}");
 }
 
 /// Every second cell is a wall.

@@ -40,7 +40,7 @@ pub(crate) fn faults(name: &str, text: &str) -> Vec<String> {
     let error = import(name, text).expect_err("the file has faults");
     let faults = error.faults().iter();
     faults
-        .map(|fault| format!("{}: {}", fault.line.unwrap_or_default(), fault.message))
+        .map(|fault| format!("{}: {}", fault.line().unwrap_or_default(), fault.message))
         .collect()
 }
 

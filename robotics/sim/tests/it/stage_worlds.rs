@@ -71,11 +71,12 @@ fn faults(name: &str, text: &str) -> Vec<String> {
     let folder = folder(name);
     let error = import(&folder, text).expect_err("the file has faults");
     let faults = error.faults().iter().map(|fault| {
-        let file = fault.file.strip_prefix(&folder).expect("a file of the world");
+        let file = fault.location.file().expect("a fault of a file");
+        let file = file.strip_prefix(&folder).expect("a file of the world");
         format!(
             "{}:{}: {}",
             file.display(),
-            fault.line.unwrap_or_default(),
+            fault.line().unwrap_or_default(),
             fault.message
         )
     });
@@ -187,9 +188,9 @@ fn every_fault_names_its_file_and_line() {
     one(
         "number",
         "model ( mass 1.2.3 )",
-        "lab.world:1: `1.2.3` is no number",
+        "lab.world:1: `1.2.3` is not a number",
     );
-    one("letter", "model ( mass ? )", "lab.world:1: `?` is no number");
+    one("letter", "model ( mass ? )", "lab.world:1: `?` is not a number");
     one(
         "define",
         "define a (\n",

@@ -92,20 +92,23 @@ fn faults_of_tags_name_their_lines() {
         Err(error) => error.to_string(),
     };
     for (tag, expected) in [
-        ("place = [0, 0, 1]", "tags.toml:1: tag 1: `id` is missing"),
-        ("id = 1", "`place` is missing"),
+        ("place = [0, 0, 1]", "tags.toml:1:1: `id` of tag 1 is missing"),
+        ("id = 1", "`place` of tag 1 is missing"),
         (
             "id = 587\nplace = [0, 0, 1]",
-            "tag36h11 has no tag 587: expected 0 to 586",
+            "tag 1 is tag 587 of tag36h11, which has 0 to 586",
         ),
-        ("id = 1.5\nplace = [0, 0, 1]", "tags.toml:2: tag 1: `id` is 1.5"),
+        (
+            "id = 1.5\nplace = [0, 0, 1]",
+            "tags.toml:2:6: `id` of tag 1 is 1.5",
+        ),
         (
             "id = 1\nplace = [0, 0, 1]\nsize = 0",
-            "tags.toml:4: tag 1: `size` is 0",
+            "tags.toml:4:8: `size` of tag 1 is 0",
         ),
         (
             "id = 1\nplace = [0, 0, 1]\nfamily = 'tag36h12'",
-            "tags.toml:4: tag 1: `family` is `tag36h12`",
+            "tags.toml:4:10: `family` of tag 1 is `tag36h12`",
         ),
         ("id = 1\nplace = [0, 0]", "expected a place [x, y, z]"),
         ("id = 1\nplace = [0, 0, 1]\nheight = 2", "unknown key `height`"),

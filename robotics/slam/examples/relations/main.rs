@@ -20,7 +20,7 @@ use std::collections::HashMap;
 use std::error::Error;
 use std::time::Duration;
 
-use jde_slam::{Drawing, Guess, Scan, Settings, Slam, State, Surface};
+use jde_slam::{Guess, MapDrawing, Scan, Settings, Slam, State, Surface};
 use jde_types::{LaserScan, Pose2D, normalize_angle};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -116,7 +116,7 @@ fn run(log: &Log, records: &[Record], x: f64, map: Option<&str>) -> Result<(), F
     let (mut differ, mut steps, mut times) = (0, Vec::new(), Vec::new());
     for record in records {
         let begin = processor_time();
-        let scan = Scan::new(&record.scan, &Pose2D::new(x, 0.0, 0.0), BEAMS, REACH);
+        let scan = Scan::new(&record.scan, |_| Pose2D::new(x, 0.0, 0.0), BEAMS, REACH);
         let state = slam.step(&settings, &record.odometry, &scan);
         steps.push(processor_time() - begin);
         differ += usize::from(!matches!(state, State::Fits(_)));
@@ -197,7 +197,7 @@ fn compare(log: &Log, place: impl Fn(usize) -> Option<Pose2D>) {
 }
 
 fn write_map(slam: &Slam, file: &str) -> Result<(), Failure> {
-    let mut drawing = Drawing::new(slam, 0.05, 1.0)?;
+    let mut drawing = MapDrawing::new(slam, 0.05, 1.0)?;
     while !drawing.advance(slam, 100) {}
     let side = drawing.geometry().width();
     let mut cells = vec![0; drawing.geometry().cells()];
@@ -218,7 +218,7 @@ fn write_map(slam: &Slam, file: &str) -> Result<(), Failure> {
 /// How far the relations are from matches of their two scans alone that begin there, and these from matches the other way
 /// round: the error of the relations, and that of matches. Of scans that overlap by 60 % and say where they are to 1 cm.
 fn pairs(log: &Log) {
-    let scan = |vertex: usize| Scan::new(&log.vertices[vertex].1, &Pose2D::ORIGIN, BEAMS, REACH);
+    let scan = |vertex: usize| Scan::new(&log.vertices[vertex].1, |_| Pose2D::ORIGIN, BEAMS, REACH);
     let fit = |from: &Scan, to: &Scan, pose: &Pose2D| {
         let guess = Guess {
             pose: *pose,

@@ -1,8 +1,10 @@
 //! From scans and odometry to keyframes, and where the robot is among them.
+//!
+//! Long because a scan reads and writes one state at each step: the anchor, its certainty and covariances.
 
+mod conflict;
 mod settings;
-
-use core::fmt;
+mod state;
 
 use jde_types::{Pose2D, normalize_angle};
 
@@ -14,18 +16,29 @@ use crate::scan::Scan;
 use crate::surface::Surface;
 
 pub use settings::Settings;
+use state::Certainty;
+pub use state::State;
 
 /// How far keyframes may be that a scan is matched with, m.
-pub(crate) const NEAR: f64 = 6.0;
+pub(crate) const MATCHED_KEYFRAME_DISTANCE: f64 = 6.0;
 /// The most keyframes that a scan is matched with.
 const JOINED: usize = 16;
 /// What a turn counts among the distances of keyframes, m/rad.
 pub(crate) const LEVER: f64 = 0.5;
 /// The most points that a correlation looks at.
-const FEW: usize = 120;
+const MAX_CORRELATION_POINTS: usize = 120;
+
+/// The greatest share of what can be compared that may contradict a scan which shows what is new: people, doors, and errors of
+/// the poses.
+const MAX_CONFLICT: f64 = 0.3;
+/// The greatest standard deviation, by its points alone, of a match that finds a lost robot elsewhere than where the odometry
+/// says, m and rad: a single wall is anywhere.
+const FOUND_DEVIATION: f64 = 0.1;
+/// The part of its view by which a narrow scan is turned from one keyframe to the next.
+const TURNED_VIEW: f64 = 1.0 / 3.0;
 
 /// Of so many scans of a robot that stands, one is compared with what is known.
-const STANDING: usize = 10;
+const STANDING_SCAN_INTERVAL: usize = 10;
 
 /// The covariance of a place at which no scan has fitted yet, and its inverse: 0.3 m and 0.2 rad.
 const UNCERTAIN: Matrix = diagonal([0.09, 0.09, 0.04]);
@@ -38,34 +51,6 @@ pub struct Anchor {
     pub keyframe: usize,
     /// The pose in its frame.
     pub pose: Pose2D,
-}
-
-/// What came of a scan.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum State {
-    /// There is no scan yet from which a map could begin.
-    Empty,
-    /// The scan fits what is known; the number is the share of its points that do.
-    Fits(f64),
-    /// It does not; the pose is that of the odometry.
-    Differs(f64),
-    /// It has too few points; the pose is that of the odometry.
-    Blind,
-}
-
-impl fmt::Display for State {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => f.write_str("no scan yet"),
-            Self::Fits(share) => write!(f, "{:.0} % of the points are on known surfaces", 100.0 * share),
-            Self::Differs(share) => write!(
-                f,
-                "only {:.0} % of the points are on known surfaces: the odometry says where the robot is",
-                100.0 * share
-            ),
-            Self::Blind => f.write_str("the scan has too few points: the odometry says where the robot is"),
-        }
-    }
 }
 
 /// Keyframes, the graph of their poses, and the robot among them.
@@ -82,12 +67,13 @@ pub struct Slam {
     /// The pose of the odometry at the anchor, or at the start until there is one.
     odometry: Option<Pose2D>,
     state: Option<State>,
-    /// Whether the robot may be elsewhere since the last scan.
-    is_doubted: bool,
+    certainty: Certainty,
     /// How many scans were not matched since one was, as the robot stood.
     unmatched: usize,
-    /// The covariance of the pose at the anchor, in the frame of the map.
+    /// The covariance of the pose at the anchor, among the keyframes there, in the frame of the map.
     covariance: Matrix,
+    /// For each keyframe the covariance of its pose in the frame of the map.
+    keyframe_covariance: Vec<Matrix>,
     /// The surfaces around the anchor's keyframe, in its frame.
     surface: Option<Surface>,
     loops: Loops,
@@ -163,7 +149,7 @@ impl Slam {
         )
     }
 
-    /// Returns the points that keyframes show, in the frame of the map, m: every so many that they are at most `most`.
+    /// Returns the points that keyframes show, in the frame of the map, m: an even selection, at most `most`.
     pub fn points(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let count: usize = self.scans.iter().map(|scan| scan.points().len()).sum();
         let all = (0..self.scans.len()).flat_map(|keyframe| self.hits(keyframe));
@@ -184,32 +170,48 @@ impl Slam {
     }
 
     /// Returns the covariance of the pose at this pose of the odometry, in the frame of the map: x, y, heading. The odometry
-    /// adds to it, and each match takes away what the points of its scan say. From a scan that does not fit on, it begins with
-    /// that of 0.3 m and 0.2 rad.
+    /// adds to it, and each match takes away what the points of its scan say; each new keyframe passes its own on to those after
+    /// it, until a loop closes. From a scan that contradicts what is known on, it begins with that of 0.3 m and 0.2 rad.
     #[must_use]
     pub fn covariance(&self, settings: &Settings, odometry: &Pose2D) -> Matrix {
+        let mut covariance = self.local_covariance(settings, odometry);
+        if let Some(anchor) = self.anchor(odometry) {
+            add(&mut covariance, 1.0, &self.carried(&anchor));
+        }
+        covariance
+    }
+
+    /// What the covariance of the anchor's keyframe is at the anchor: an error of its heading moves what is far from it.
+    fn carried(&self, anchor: &Anchor) -> Matrix {
+        let (from, to) = (&self.graph.poses()[anchor.keyframe], self.place(anchor));
+        let slopes = [
+            [1.0, 0.0, from.y - to.y],
+            [0.0, 1.0, to.x - from.x],
+            [0.0, 0.0, 1.0],
+        ];
+        let covariance = &self.keyframe_covariance[anchor.keyframe];
+        product(&product(&slopes, covariance), &transpose(&slopes))
+    }
+
+    /// The covariance among the keyframes around the robot.
+    fn local_covariance(&self, settings: &Settings, odometry: &Pose2D) -> Matrix {
         let mut covariance = self.covariance;
         let deviations = settings.deviations(&self.moved(odometry));
         add(&mut covariance, 1.0, &diagonal(deviations.map(|of| of * of)));
         covariance
     }
 
-    /// Whether the last scan fits, and the robot was not moved since without the odometry.
-    const fn is_sure(&self) -> bool {
-        matches!(self.state, Some(State::Fits(_))) && !self.is_doubted
-    }
-
     /// The robot may have been moved since the last scan: the next one is matched, to 0.3 m and 0.2 rad.
-    pub const fn doubt(&mut self) {
-        if self.is_sure() {
-            self.covariance = UNCERTAIN;
+    pub fn doubt(&mut self) {
+        if self.certainty == Certainty::Sure {
+            (self.certainty, self.covariance) = (Certainty::Doubted, UNCERTAIN);
         }
-        self.is_doubted = true;
     }
 
-    /// The odometry jumped to another pose without a motion of the robot.
+    /// The odometry jumped to another pose: without a motion of the robot, unless the next scan says otherwise.
     pub fn jump(&mut self, from: &Pose2D, to: &Pose2D) {
         self.odometry = self.odometry.map(|last| to.transform(&from.localize(&last)));
+        self.doubt();
     }
 
     /// Takes a scan, and the pose of the odometry at its time.
@@ -217,11 +219,15 @@ impl Slam {
     /// Takes time by the number of points of one scan and of the sixteen keyframes that it is matched with. While the robot
     /// stands, only every tenth scan is looked at, and matched if it fits no longer.
     pub fn step(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
-        let was_sure = self.is_sure();
         let state = self.take(settings, odometry, scan);
         self.state = Some(state);
-        if was_sure && !self.is_sure() {
-            self.covariance = UNCERTAIN;
+        match state {
+            State::Fits(_) => self.certainty = Certainty::Sure,
+            State::Differs(_) => {
+                self.doubt();
+                self.certainty = Certainty::Lost;
+            }
+            State::Empty | State::New(_) | State::Blind => {}
         }
         state
     }
@@ -239,7 +245,6 @@ impl Slam {
             });
             self.odometry = Some(*odometry);
             self.covariance = ZERO;
-            self.is_doubted = false;
             return State::Fits(1.0);
         };
         if !scan.is_enough() {
@@ -248,10 +253,10 @@ impl Slam {
         let motion = self.moved(odometry);
         let way = libm::hypot(motion.x, motion.y);
         let is_moved = way >= settings.update.0 || motion.theta.abs() >= settings.update.1;
-        let was_sure = self.is_sure();
-        if !is_moved && was_sure {
+        let was_sure = self.certainty == Certainty::Sure;
+        if !is_moved && was_sure && matches!(self.state, Some(State::Fits(_))) {
             self.unmatched += 1;
-            if !self.unmatched.is_multiple_of(STANDING) {
+            if !self.unmatched.is_multiple_of(STANDING_SCAN_INTERVAL) {
                 return self.state();
             }
             let share = self.surface(&anchor).share(scan.points(), &anchor.pose);
@@ -268,12 +273,12 @@ impl Slam {
                 UNSURE
             },
         };
-        self.is_doubted = false;
         let fit = self.fit(settings, &guess, &anchor, scan);
-        self.covariance = self.covariance(settings, odometry);
+        self.covariance = self.local_covariance(settings, odometry);
         self.odometry = Some(*odometry);
         let share = fit.map_or(0.0, |fit| fit.share);
-        let fit = fit.filter(|fit| fit.share >= settings.share);
+        let fit = fit.filter(|fit| self.is_believed(settings, fit, &anchor, scan));
+        let is_unseen = fit.is_none() && was_sure && self.conflict(&anchor, scan) <= MAX_CONFLICT;
         let heading = self.graph.poses()[anchor.keyframe].theta;
         let information = turned(&fit.map_or(ZERO, |fit| fit.information), heading);
         if let Some(mut both) = invert(&self.covariance) {
@@ -283,18 +288,44 @@ impl Slam {
         let pose = fit.map_or(anchor.pose, |fit| fit.pose);
         let anchor = self.nearest(&Anchor { pose, ..anchor });
         self.set_anchor(anchor);
-        if fit.is_none() {
+        if fit.is_none() && !is_unseen {
             return State::Differs(share);
         }
         let (way, turn) = (libm::hypot(anchor.pose.x, anchor.pose.y), anchor.pose.theta.abs());
-        let is_turned = turn >= settings.keyframe.1 && !self.scans[anchor.keyframe].is_all_around();
+        let most = settings.keyframe.1.min(TURNED_VIEW * scan.view());
+        let is_turned = turn >= most && !self.scans[anchor.keyframe].is_all_around();
         let is_new = way >= settings.keyframe.0 || is_turned;
         // A match far around may be wrong by chance: what it says is kept when the next one agrees.
-        let is_kept = was_sure && (is_new || self.is_beyond(settings, &anchor, share));
+        let is_kept = was_sure && (is_new || is_unseen || self.is_beyond(settings, &anchor, share));
         if is_kept && self.scans.len() < settings.most {
             self.keep(settings, &anchor, scan, &information);
         }
-        State::Fits(share)
+        if is_unseen {
+            State::New(share)
+        } else {
+            State::Fits(share)
+        }
+    }
+
+    /// Whether a match is where the robot is. One that finds a robot again may be of another place that looks alike.
+    fn is_believed(&mut self, settings: &Settings, fit: &Fit, anchor: &Anchor, scan: &Scan) -> bool {
+        if self.certainty == Certainty::Sure {
+            return fit.share >= settings.share;
+        }
+        let is_narrow =
+            |covariance: Matrix| covariance[0][0].max(covariance[1][1]) < FOUND_DEVIATION * FOUND_DEVIATION;
+        let is_expected = fit.pose.distance_to(&anchor.pose) < FOUND_DEVIATION
+            && turn_between(&fit.pose, &anchor.pose) < FOUND_DEVIATION;
+        let is_found = is_expected || invert(&fit.information).is_some_and(is_narrow);
+        let (is_found, least) = match self.certainty {
+            Certainty::Lost => (is_found, f64::midpoint(settings.share, 1.0)),
+            Certainty::Doubted | Certainty::Sure => (true, settings.share.max(settings.loop_share)),
+        };
+        let place = Anchor {
+            pose: fit.pose,
+            ..*anchor
+        };
+        is_found && fit.share >= least && self.conflict(&place, scan) <= MAX_CONFLICT
     }
 
     /// Whether a scan shows much that the map does not have that is continued, and no keyframe of its own is near.
@@ -318,7 +349,7 @@ impl Slam {
     fn fit(&mut self, settings: &Settings, guess: &Guess, anchor: &Anchor, scan: &Scan) -> Option<Fit> {
         let window = settings.window(guess);
         let surface = self.surface(anchor);
-        let few: Vec<_> = thin(scan.points(), FEW).collect();
+        let few: Vec<_> = thin(scan.points(), MAX_CORRELATION_POINTS).collect();
         let found = surface.search(&few, &guess.pose, &window);
         let start = found.map_or(guess.pose, |found| found.pose);
         surface.refine(scan.points(), &start, guess)
@@ -345,6 +376,9 @@ impl Slam {
     /// Makes a scan at an anchor a keyframe.
     fn keep(&mut self, settings: &Settings, anchor: &Anchor, scan: &Scan, matched: &Matrix) {
         let keyframe = self.add_keyframe(self.place(anchor), scan);
+        let mut covariance = self.carried(anchor);
+        add(&mut covariance, 1.0, &self.covariance);
+        (self.keyframe_covariance[keyframe], self.covariance) = (covariance, ZERO);
         // Of what the odometry says since the other keyframe, and what the scan says.
         let mut information = settings.information(&anchor.pose);
         let heading = self.graph.poses()[anchor.keyframe].theta;
@@ -365,6 +399,7 @@ impl Slam {
     pub(crate) fn add_keyframe(&mut self, pose: Pose2D, scan: &Scan) -> usize {
         self.scans.push(scan.clone());
         self.near.push(Vec::new());
+        self.keyframe_covariance.push(ZERO);
         self.graph.add_pose(pose)
     }
 
@@ -384,7 +419,7 @@ impl Slam {
         while let Some(&from) = found.get(next) {
             next += 1;
             for &to in &self.near[from] {
-                if !is_seen[to] && poses[to].distance_to(place) < NEAR {
+                if !is_seen[to] && poses[to].distance_to(place) < MATCHED_KEYFRAME_DISTANCE {
                     is_seen[to] = true;
                     found.push(to);
                 }
@@ -433,6 +468,11 @@ impl Slam {
             self.loops = loops;
             for edge in edges {
                 self.add_edge(edge);
+                // What was added since is as certain as the place that was reached again.
+                let known = self.keyframe_covariance[edge.from];
+                let later = &mut self.keyframe_covariance[edge.from + 1..];
+                let sum = |of: &Matrix| of[0][0] + of[1][1];
+                (later.iter_mut().filter(|of| sum(of) > sum(&known))).for_each(|of| *of = known);
             }
         }
         false

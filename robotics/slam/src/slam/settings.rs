@@ -7,7 +7,7 @@ use crate::icp::Guess;
 use crate::matrix::{Matrix, diagonal};
 
 /// The most squares that the correlation of successive scans looks at.
-const LOOKS: usize = 20_000;
+const MAX_SEARCHED_CELLS: usize = 20_000;
 
 /// How it maps. All may change from call to call.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl Settings {
             turn: (3.0 * deviation(2)).clamp(0.05, 0.8),
             least: 0.2,
             loss: 0.1,
-            most: LOOKS,
+            most: MAX_SEARCHED_CELLS,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What must hold for any bytes. The fuzzer runs it, too.
 
+use std::path::Path;
+
 use jde_vision::{CameraModel, parse_calibration};
 
 /// A file is a calibration or refused, and a camera shows each ray that it has of a place at that place.
@@ -7,9 +9,9 @@ pub(crate) fn calibration(data: &[u8]) {
     let Ok(text) = core::str::from_utf8(data) else {
         return;
     };
-    let info = match parse_calibration(text) {
+    let info = match parse_calibration(Path::new("c.yaml"), text) {
         Ok(info) => info,
-        Err((_, message)) => return assert!(!message.is_empty()),
+        Err(faults) => return assert!(!faults.to_string().is_empty()),
     };
     let size = [info.width, info.height].map(|pixels| pixels as usize);
     let camera =

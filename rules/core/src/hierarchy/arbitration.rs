@@ -10,10 +10,11 @@ use super::Hierarchy;
 use super::group::{PendingArbitration, TimedCause};
 use super::snapshot::{Decision, Evaluation};
 use super::timer::Timer;
+use super::transaction::Transaction;
 use crate::effect::{Effect, Level};
 use crate::policy::Policy;
 use crate::record::{Candidate, Case, Decider};
-use crate::spec::{GroupId, Nanos, SchemaId};
+use crate::spec::{GroupId, SchemaId};
 use crate::state::Health;
 
 /// The reply of a father to an arbitration request.
@@ -34,20 +35,24 @@ pub enum ArbitrationReply {
 }
 
 impl Hierarchy {
+    /// Records that the machine was late, so that the father of a group could not reply to the open request.
+    /// Has no effect if no request is open. When the budget ends, the priority order still decides, because a
+    /// selection never waits for a machine. The father's health does not change.
+    pub fn excuse(&mut self, group: GroupId) {
+        if let Some(group) = self.groups.get_mut(group) {
+            group.excuse();
+        }
+    }
+}
+
+impl Transaction<'_> {
     /// Applies the father's reply to the request with this ticket. Has no effect if that request is no longer
     /// open.
     ///
     /// If the father fails, or chooses a schema that it was not offered, its health shows this and the
     /// priority order decides instead. If the situation changed since the request, the group selects again
     /// afterwards.
-    pub fn arbitrated(
-        &mut self,
-        now: Nanos,
-        group: GroupId,
-        ticket: u64,
-        reply: ArbitrationReply,
-        out: &mut Vec<Effect>,
-    ) {
+    pub fn arbitrated(&mut self, group: GroupId, ticket: u64, reply: ArbitrationReply) {
         if self.pending_arbitration(group) != Some(ticket) {
             return;
         }
@@ -56,8 +61,8 @@ impl Hierarchy {
         };
         match reply {
             ArbitrationReply::Failed { reason } => {
-                self.set_arbitration_failed(group, &reason, out);
-                self.overrule(now, group, pending.trigger, &reason, out);
+                self.set_arbitration_failed(group, &reason);
+                self.overrule(group, pending.trigger, &reason);
             }
             ArbitrationReply::Chosen {
                 child: Some(child), ..
@@ -68,35 +73,24 @@ impl Hierarchy {
                     format!("#{}", child.0)
                 };
                 let reason = format!("it chose `{who}`, whom it was not offered");
-                self.set_arbitration_failed(group, &reason, out);
-                self.overrule(now, group, pending.trigger, &reason, out);
+                self.set_arbitration_failed(group, &reason);
+                self.overrule(group, pending.trigger, &reason);
             }
             ArbitrationReply::Chosen { child, reason } => {
-                self.clear_arbitration_failed(group, out);
-                self.apply_reply(now, group, pending, child, reason, out);
+                self.clear_arbitration_failed(group);
+                self.apply_reply(group, pending, child, reason);
             }
         }
-        self.settle(out);
-    }
-
-    /// Records that the machine was late, so that the father of a group could not reply to the open request.
-    /// Has no effect if no request is open. When the budget ends, the priority order still decides, because a
-    /// selection never waits for a machine. The father's health does not change.
-    pub fn excuse(&mut self, group: GroupId) {
-        if let Some(group) = self.groups.get_mut(group.index()) {
-            group.excuse();
-        }
+        self.settle();
     }
 
     /// Opens a request.
     pub(super) fn request_arbitration(
         &mut self,
-        now: Nanos,
         group: GroupId,
         case: Case,
         candidates: Arc<[Candidate]>,
         trigger: TimedCause,
-        out: &mut Vec<Effect>,
     ) {
         self.tickets += 1;
         let ticket = self.tickets;
@@ -104,10 +98,8 @@ impl Hierarchy {
             |c: &&Candidate| c.ready || (case == Case::Absence && self.node(c.id).can_be_chosen());
         let offered = candidates.iter().filter(is_offered).map(|c| c.id).collect();
         self.timers.disarm(Timer::Turn(group));
-        self.timers.arm(
-            Timer::Arbitration(group),
-            now.saturating_add(self.plan.group(group).budget),
-        );
+        let late = self.now.saturating_add(self.plan.group(group).budget);
+        self.timers.arm(Timer::Arbitration(group), late);
         let winner = self.group(group).winner();
         self.group_mut(group).open_arbitration(PendingArbitration {
             ticket,
@@ -117,7 +109,7 @@ impl Hierarchy {
             retrigger: None,
             excused: false,
         });
-        out.push(Effect::Arbitrate {
+        self.out.push(Effect::Arbitrate {
             group,
             ticket,
             level: Level {
@@ -138,14 +130,14 @@ impl Hierarchy {
         pending
     }
 
-    pub(super) fn arbitration_late(&mut self, now: Nanos, group: GroupId, out: &mut Vec<Effect>) {
+    pub(super) fn arbitration_late(&mut self, group: GroupId) {
         if let Some(pending) = self.cancel_arbitration(group) {
             let budget = self.plan.group(group).budget;
             let reason = format!("no answer within {} us", budget / 1_000);
             if !pending.excused {
-                self.set_arbitration_failed(group, &reason, out);
+                self.set_arbitration_failed(group, &reason);
             }
-            self.overrule(now, group, pending.trigger, &reason, out);
+            self.overrule(group, pending.trigger, &reason);
         }
     }
 
@@ -153,26 +145,24 @@ impl Hierarchy {
     /// can no longer win, it only selects again.
     fn apply_reply(
         &mut self,
-        now: Nanos,
         group: GroupId,
         pending: PendingArbitration,
         child: Option<SchemaId>,
         reason: String,
-        out: &mut Vec<Effect>,
     ) {
         let is_valid = child.is_none_or(|child| {
             let node = self.node(child);
             node.can_be_chosen() && (node.is_ready() || pending.case == Case::Absence)
         });
         if !is_valid {
-            self.select(now, group, pending.retrigger.unwrap_or(pending.trigger), out);
+            self.select(group, pending.retrigger.unwrap_or(pending.trigger));
             return;
         }
         let list = self.candidates_of(group);
         let fallback = match child {
             Some(_) => None,
             None => {
-                let absent = self.snapshot(now, group, &list).absent(pending.case);
+                let absent = self.snapshot(group, &list).absent(pending.case);
                 Some(absent).filter(|absent| absent.choice.is_some())
             }
         };
@@ -180,23 +170,16 @@ impl Hierarchy {
             Some(fallback) => fallback.with_reason(&reason),
             None => Decision::new(pending.case, child, Decider::Father, reason),
         };
-        self.decide(now, group, list, decision, pending.trigger, out);
+        self.decide(group, list, decision, pending.trigger);
         if let Some(retrigger) = pending.retrigger {
-            self.select(now, group, retrigger, out);
+            self.select(group, retrigger);
         }
     }
 
     /// Decides instead of the father from the current snapshot, so no later selection is needed.
-    fn overrule(
-        &mut self,
-        now: Nanos,
-        group: GroupId,
-        trigger: TimedCause,
-        reason: &str,
-        out: &mut Vec<Effect>,
-    ) {
+    fn overrule(&mut self, group: GroupId, trigger: TimedCause, reason: &str) {
         let list = self.candidates_of(group);
-        let snapshot = self.snapshot(now, group, &list);
+        let snapshot = self.snapshot(group, &list);
         let decision = match snapshot.evaluate(Policy::PRIORITY) {
             Evaluation::Decided(decision) => decision,
             Evaluation::FatherArbitrates(case) => snapshot.absent(case),
@@ -208,20 +191,20 @@ impl Hierarchy {
             },
             Case::Alone | Case::Forced => decision,
         };
-        self.decide(now, group, list, decision, trigger, out);
+        self.decide(group, list, decision, trigger);
     }
 
-    fn set_arbitration_failed(&mut self, group: GroupId, reason: &str, out: &mut Vec<Effect>) {
+    fn set_arbitration_failed(&mut self, group: GroupId, reason: &str) {
         if let Some(father) = self.plan.group(group).father {
-            self.set_health(father, Health::ArbitrationFailed(reason.to_owned()), out);
+            self.set_health(father, Health::ArbitrationFailed(reason.to_owned()));
         }
     }
 
-    fn clear_arbitration_failed(&mut self, group: GroupId, out: &mut Vec<Effect>) {
+    fn clear_arbitration_failed(&mut self, group: GroupId) {
         if let Some(father) = self.plan.group(group).father
             && matches!(self.health(father), Health::ArbitrationFailed(_))
         {
-            self.set_health(father, Health::Ok, out);
+            self.set_health(father, Health::Ok);
         }
     }
 }

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use super::node::Node;
 use super::spec_index::SpecIndex;
 use crate::record::Candidate;
-use crate::spec::{GroupId, SchemaId};
+use crate::spec::{GroupId, SchemaId, Spec};
+use crate::table::Table;
 
 /// The members of a group that are awake and should stay awake, in the father's order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,9 +27,9 @@ pub(super) struct CandidateList {
 /// The candidate lists of all groups.
 #[derive(Clone, Debug)]
 pub(super) struct CandidateCache {
-    groups: Vec<CachedCandidates>,
+    groups: Table<GroupId, CachedCandidates>,
     /// Whether a schema is in its group's `dirty` list; one entry for each schema.
-    dirty: Vec<bool>,
+    dirty: Table<SchemaId, bool>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,10 +42,10 @@ struct CachedCandidates {
 }
 
 impl CandidateCache {
-    pub(super) fn new(schemas: usize, groups: usize) -> Self {
+    pub(super) fn new(spec: &Spec) -> Self {
         Self {
-            groups: vec![CachedCandidates::default(); groups],
-            dirty: vec![false; schemas],
+            groups: spec.groups.map_ids(|_| CachedCandidates::default()),
+            dirty: spec.schemas.map_ids(|_| false),
         }
     }
 
@@ -52,22 +53,27 @@ impl CandidateCache {
     #[inline]
     pub(super) fn mark_dirty(&mut self, plan: &SpecIndex, id: SchemaId) {
         if let Some(group) = plan.group_of(id)
-            && !std::mem::replace(&mut self.dirty[id.index()], true)
+            && !std::mem::replace(&mut self.dirty[id], true)
         {
-            self.groups[group.index()].dirty.push(id);
+            self.groups[group].dirty.push(id);
         }
     }
 
     /// Returns the current candidate list of a group.
     #[inline]
-    pub(super) fn list(&mut self, plan: &SpecIndex, nodes: &[Node], id: GroupId) -> CandidateList {
-        let cached = &mut self.groups[id.index()];
+    pub(super) fn list(
+        &mut self,
+        plan: &SpecIndex,
+        nodes: &Table<SchemaId, Node>,
+        id: GroupId,
+    ) -> CandidateList {
+        let cached = &mut self.groups[id];
         if !cached.dirty.is_empty() {
             cached.refresh(plan, nodes, id, &mut self.dirty);
         }
         debug_assert!(
             *cached == CachedCandidates::of(plan, nodes, id),
-            "a change that nobody was told of"
+            "a change that was not reported"
         );
         cached.list.clone()
     }
@@ -84,10 +90,10 @@ impl Eq for CandidateCache {}
 
 impl CachedCandidates {
     /// Builds the candidate list of a group from the facts of its members.
-    fn of(plan: &SpecIndex, nodes: &[Node], id: GroupId) -> Self {
+    fn of(plan: &SpecIndex, nodes: &Table<SchemaId, Node>, id: GroupId) -> Self {
         let members = plan.members(id).iter();
         let candidates: Arc<[Candidate]> = members
-            .filter_map(|&member| nodes[member.index()].candidate(member))
+            .filter_map(|&member| nodes[member].candidate(member))
             .collect();
         let mut ready = vec![0; candidates.len().div_ceil(64)];
         for (position, candidate) in candidates.iter().enumerate() {
@@ -106,18 +112,24 @@ impl CachedCandidates {
     }
 
     /// Re-reads the dirty members. Rebuilds the list if a member joined or left the candidates.
-    fn refresh(&mut self, plan: &SpecIndex, nodes: &[Node], id: GroupId, dirty: &mut [bool]) {
+    fn refresh(
+        &mut self,
+        plan: &SpecIndex,
+        nodes: &Table<SchemaId, Node>,
+        id: GroupId,
+        dirty: &mut Table<SchemaId, bool>,
+    ) {
         let mut is_complete = true;
         let candidates = &mut self.list.candidates;
         for member in self.dirty.drain(..) {
-            dirty[member.index()] = false;
+            dirty[member] = false;
             let position = plan.position_of(member);
             let found = if candidates.get(position).is_some_and(|found| found.id == member) {
                 Ok(position)
             } else {
                 candidates.binary_search_by_key(&position, |found| plan.position_of(found.id))
             };
-            match (found, nodes[member.index()].candidate(member)) {
+            match (found, nodes[member].candidate(member)) {
                 (Ok(position), Some(candidate)) if candidates[position] != candidate => {
                     Arc::make_mut(candidates)[position] = candidate;
                     let bit = 1 << (position % 64);

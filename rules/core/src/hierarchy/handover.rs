@@ -9,67 +9,12 @@ use super::Hierarchy;
 use super::group::TimedCause;
 use super::sleep::SleepMode;
 use super::timer::Timer;
+use super::transaction::Transaction;
 use super::winner::{ChoiceStep, Handover, Origin};
-use crate::effect::Effect;
 use crate::record::Cause;
-use crate::spec::{GroupId, Nanos, SchemaId};
+use crate::spec::{GroupId, SchemaId};
 
 impl Hierarchy {
-    /// Carries out a choice that may differ from the current one.
-    pub(super) fn apply_choice(
-        &mut self,
-        now: Nanos,
-        id: GroupId,
-        to: Option<SchemaId>,
-        origin: Origin,
-        trigger: TimedCause,
-        out: &mut Vec<Effect>,
-    ) {
-        let patience = self.plan.group(id).patience;
-        match self.group_mut(id).turn_to(now, to, origin, patience) {
-            ChoiceStep::Promote => self.set_winner(id, now, to, origin, out),
-            ChoiceStep::Continue => {}
-            ChoiceStep::Resume(winner) => {
-                self.drop_handover(id);
-                self.resume_subtree(now, winner, trigger, out);
-            }
-            ChoiceStep::HandOver(deadline) => {
-                self.timers.arm(Timer::Patience(id), deadline);
-                self.advance(now, id, out);
-            }
-        }
-    }
-
-    /// Puts the schemas below the loser to sleep as far as possible, and completes the handover once all
-    /// sleep.
-    pub(super) fn advance(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
-        let (Some(loser), Some(handover)) = (self.group(id).winner(), self.group(id).handover()) else {
-            return;
-        };
-        let subtree_asleep = self.drain(loser, SleepMode::BetweenIterations, out);
-        if subtree_asleep && !self.node(loser).is_running() {
-            self.complete(now, id, out);
-        } else if handover.deadline <= now {
-            self.expire(now, id, out);
-        }
-    }
-
-    /// Ends patience: the loser and everything below it lose their authority at once, even inside an
-    /// iteration.
-    pub(super) fn expire(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
-        let Some(loser) = self.group(id).winner() else {
-            return;
-        };
-        self.withdraw(loser, out);
-        self.drain(loser, SleepMode::AtOnce, out);
-        let is_changed = self.node_mut(loser).abandon();
-        self.complete(now, id, out);
-        if is_changed {
-            let cause = Cause::Timer(Timer::Patience(id));
-            self.select(now, id, TimedCause::new(cause, now), out);
-        }
-    }
-
     /// Returns the group whose winner is being replaced, if that winner is this schema or a schema above it.
     pub(super) fn handover_above(&self, id: SchemaId) -> Option<GroupId> {
         let mut next = Some(id);
@@ -90,6 +35,65 @@ impl Hierarchy {
             .father
             .is_some_and(|father| self.handover_above(father).is_some())
     }
+}
+
+impl Transaction<'_> {
+    /// Carries out a choice that may differ from the current one.
+    pub(super) fn apply_choice(
+        &mut self,
+        id: GroupId,
+        to: Option<SchemaId>,
+        origin: Origin,
+        trigger: TimedCause,
+    ) {
+        let patience = self.plan.group(id).patience;
+        match self
+            .hierarchy
+            .group_mut(id)
+            .turn_to(self.now, to, origin, patience)
+        {
+            ChoiceStep::Promote => self.set_winner(id, to, origin),
+            ChoiceStep::Continue => {}
+            ChoiceStep::Resume(winner) => {
+                self.drop_handover(id);
+                self.resume_subtree(winner, trigger);
+            }
+            ChoiceStep::HandOver(deadline) => {
+                self.timers.arm(Timer::Patience(id), deadline);
+                self.advance(id);
+            }
+        }
+    }
+
+    /// Puts the schemas below the loser to sleep as far as possible, and completes the handover once all
+    /// sleep.
+    pub(super) fn advance(&mut self, id: GroupId) {
+        let (Some(loser), Some(handover)) = (self.group(id).winner(), self.group(id).handover()) else {
+            return;
+        };
+        let subtree_asleep = self.drain(loser, SleepMode::BetweenIterations);
+        if subtree_asleep && !self.node(loser).is_running() {
+            self.complete(id);
+        } else if handover.deadline <= self.now {
+            self.expire(id);
+        }
+    }
+
+    /// Ends patience: the loser and everything below it lose their authority at once, even inside an
+    /// iteration.
+    pub(super) fn expire(&mut self, id: GroupId) {
+        let Some(loser) = self.group(id).winner() else {
+            return;
+        };
+        self.withdraw(loser);
+        self.drain(loser, SleepMode::AtOnce);
+        let is_changed = self.node_mut(loser).abandon();
+        self.complete(id);
+        if is_changed {
+            let cause = Cause::Timer(Timer::Patience(id));
+            self.select(id, TimedCause::new(cause, self.now));
+        }
+    }
 
     pub(super) fn drop_handover(&mut self, group: GroupId) -> Option<Handover> {
         let handover = self.group_mut(group).drop_handover();
@@ -99,27 +103,27 @@ impl Hierarchy {
         handover
     }
 
-    fn complete(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
+    fn complete(&mut self, id: GroupId) {
         let (Some(loser), Some(handover)) = (self.group(id).winner(), self.drop_handover(id)) else {
             return;
         };
-        self.demote(loser, out);
-        self.set_winner(id, now, handover.to, handover.origin(), out);
+        self.demote(loser);
+        self.set_winner(id, handover.to, handover.origin());
     }
 
     /// Lets the awake part of the subtree of a loser that is chosen again compete again.
-    fn resume_subtree(&mut self, now: Nanos, id: SchemaId, trigger: TimedCause, out: &mut Vec<Effect>) {
+    fn resume_subtree(&mut self, id: SchemaId, trigger: TimedCause) {
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
             if self.is_live(group) {
-                self.select(now, group, trigger, out);
+                self.select(group, trigger);
             } else {
                 // Its members fell asleep with the loser's handover, and their last commands are still in
                 // force.
-                self.apply_absence(group, now, out);
+                self.apply_absence(group);
             }
             for &member in plan.members(group) {
-                self.resume_subtree(now, member, trigger, out);
+                self.resume_subtree(member, trigger);
             }
         }
     }

@@ -2,9 +2,10 @@
 //!
 //! This is the hot path: nothing is allocated when nothing changes.
 
+use super::Phase;
 use super::group::TimedCause;
 use super::last_check::Urgency;
-use super::{Hierarchy, Phase};
+use super::transaction::Transaction;
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::spec::{Kind, Nanos, SchemaId};
@@ -21,25 +22,26 @@ pub struct Check {
     pub cause: Nanos,
 }
 
-impl Hierarchy {
+impl Transaction<'_> {
     /// Reports the check of an awake motor schema. A changed readiness, and the first check after waking,
     /// cause a selection (R2). Has no effect for a schema that sleeps or is inside an abandoned iteration.
-    pub fn checked(&mut self, now: Nanos, id: SchemaId, check: Check, out: &mut Vec<Effect>) {
+    pub fn checked(&mut self, id: SchemaId, check: Check) {
         let Some(group) = self.plan.group_of(id) else {
             return;
         };
         let urgency = Urgency::new(check.urgency);
-        if !self.nodes.check(&self.plan, id, check.ready, urgency) {
+        let hierarchy = &mut *self.hierarchy;
+        if !hierarchy.nodes.check(&hierarchy.plan, id, check.ready, urgency) {
             return;
         }
         let node = self.node(id);
         if node.state() != State::Winner {
             // The snapshot of the selection contains the state that the check found.
-            self.change(id, node.state_of_loser(), out);
+            self.change(id, node.state_of_loser());
         }
-        let trigger = TimedCause::new(Cause::Readiness(id), check.cause.min(now));
-        self.select(now, group, trigger, out);
-        self.settle(out);
+        let trigger = TimedCause::new(Cause::Readiness(id), check.cause.min(self.now));
+        self.select(group, trigger);
+        self.settle();
     }
 
     /// Requests permission to start an iteration and, if it is granted, records that the iteration runs. Only
@@ -47,7 +49,7 @@ impl Hierarchy {
     /// one of its fathers is being replaced.
     ///
     /// The first iteration after a promotion emits [`Effect::TookOver`].
-    pub fn begin(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> bool {
+    pub fn begin(&mut self, id: SchemaId) -> bool {
         if !self.node(id).can_begin() || self.handover_above(id).is_some() {
             return false;
         }
@@ -55,8 +57,8 @@ impl Hierarchy {
         if let Some(group) = self.plan.group_of(id)
             && let Some(origin) = self.group_mut(group).take_over()
         {
-            let latency = now.saturating_sub(origin.cause_time);
-            out.push(Effect::TookOver {
+            let latency = self.now.saturating_sub(origin.cause_time);
+            self.out.push(Effect::TookOver {
                 group,
                 record: origin.record,
                 id,
@@ -68,37 +70,37 @@ impl Hierarchy {
 
     /// Reports that the iteration of a schema ended, by a return or by a panic (after
     /// [`faulted`](Self::faulted)). A handover that waited for it continues. A winner competes again (R2).
-    pub fn end(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+    pub fn end(&mut self, id: SchemaId) {
         if !self.plan.contains(id) {
             return;
         }
         let end = self.nodes.end(id);
         if end.lapsed {
-            out.push(Effect::Lapsed(id));
+            self.out.push(Effect::Lapsed(id));
         }
         let awake = self.is_awake(id);
         if !end.ran || self.phase != Phase::Running || self.plan.kind(id) == Kind::Perceptive {
             return;
         }
         if let Some(group) = self.handover_above(id) {
-            self.advance(now, group, out);
+            self.advance(group);
         } else if awake && let Some(group) = self.plan.group_of(id) {
-            self.select(now, group, TimedCause::new(Cause::Iterated(id), now), out);
+            self.select(group, TimedCause::new(Cause::Iterated(id), self.now));
         }
-        self.settle(out);
+        self.settle();
     }
 
     /// [`Self::end`] of an iteration that could not act because an input had no value (R19): a motor schema is not
     /// READY until its next check.
-    pub fn end_unready(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+    pub fn end_unready(&mut self, id: SchemaId) {
         let group = self.plan.group_of(id).filter(|_| self.node(id).is_running());
-        let is_changed = group.is_some() && self.nodes.get_mut(&self.plan, id).end_readiness();
+        let is_changed = group.is_some() && self.node_mut(id).end_readiness();
         let replaced = group.filter(|group| is_changed && self.handover_above(id) == Some(*group));
-        self.end(now, id, out);
+        self.end(id);
         if let Some(group) = replaced {
             // The end completed a handover, which selects nobody; the readiness changed (R2).
-            self.select(now, group, TimedCause::new(Cause::Readiness(id), now), out);
-            self.settle(out);
+            self.select(group, TimedCause::new(Cause::Readiness(id), self.now));
+            self.settle();
         }
     }
 }

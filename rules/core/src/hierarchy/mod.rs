@@ -35,29 +35,27 @@ mod sleep;
 mod snapshot;
 mod spec_index;
 mod timer;
+mod transaction;
 mod wake;
 mod winner;
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use crate::effect::Effect;
-use crate::policy::Policy;
-use crate::record::Cause;
 use crate::refused::Refused;
-use crate::spec::{GroupId, Kind, Nanos, SchemaId, Spec};
+use crate::spec::{GroupId, Nanos, SchemaId, Spec};
 use crate::spec_error::SpecError;
-use crate::state::{Requester, State};
-use crate::validate::policy_fault;
+use crate::table::Table;
 
 pub use arbitration::ArbitrationReply;
 
 pub use iteration::Check;
 pub use operator::Operator;
 pub use timer::Timer;
+pub use transaction::Transaction;
 pub use winner::Handover;
 
-use group::{Group, TimedCause};
+use group::Group;
 use node::Node;
 use nodes::Nodes;
 use restarts::Restarts;
@@ -79,9 +77,8 @@ pub struct Hierarchy {
     plan: Arc<SpecIndex>,
     phase: Phase,
     nodes: Nodes,
-    /// One entry for each schema.
-    restarts: Vec<Restarts>,
-    groups: Vec<Group>,
+    restarts: Table<SchemaId, Restarts>,
+    groups: Table<GroupId, Group>,
     timers: Timers,
     records: u64,
     tickets: u64,
@@ -98,9 +95,9 @@ impl Hierarchy {
     pub fn new(spec: Spec) -> Result<Self, Vec<SpecError>> {
         spec.validate()?;
         Ok(Self {
-            nodes: Nodes::new(spec.schemas.len(), spec.groups.len()),
-            restarts: vec![Restarts::default(); spec.schemas.len()],
-            groups: vec![Group::FRESH; spec.groups.len()],
+            nodes: Nodes::new(&spec),
+            restarts: spec.schemas.map_ids(|_| Restarts::default()),
+            groups: spec.groups.map_ids(|_| Group::FRESH),
             plan: Arc::new(SpecIndex::new(spec)),
             phase: Phase::Fresh,
             timers: Timers::default(),
@@ -110,95 +107,18 @@ impl Hierarchy {
         })
     }
 
-    /// Wakes the roots (R13). A second call has no effect.
-    pub fn start(&mut self, now: Nanos, out: &mut Vec<Effect>) {
-        if self.phase != Phase::Fresh {
-            return;
-        }
-        self.phase = Phase::Running;
-        let plan = Arc::clone(&self.plan);
-        for &group in plan.root_groups() {
-            for &root in plan.members(group) {
-                self.request(root, Requester::Application, out);
-            }
-            self.select(now, group, TimedCause::new(Cause::Start, now), out);
-        }
-    }
-
-    /// Ends the application: authority is withdrawn, every group brakes, and all schemas go to sleep,
-    /// children before fathers and perceptive schemas last. No schema wakes afterwards.
-    pub fn shutdown(&mut self, _now: Nanos, out: &mut Vec<Effect>) {
-        if self.phase != Phase::Running {
-            self.phase = Phase::Over;
-            return;
-        }
-        self.phase = Phase::Over;
-        let plan = Arc::clone(&self.plan);
-        for &group in plan.root_groups() {
-            if let Some(winner) = self.group(group).winner() {
-                self.withdraw(winner, out);
-            }
-        }
-        out.extend(plan.group_ids().map(|group| Effect::Brake { group }));
-        for &group in plan.root_groups() {
-            self.sleep_group(group, sleep::SleepMode::AtOnce, out);
-        }
-        for id in plan.ids_of(Kind::Perceptive) {
-            for requester in self.requesters(id).to_vec() {
-                match requester {
-                    Requester::Application | Requester::Operator | Requester::Stopped(_) => {
-                        self.release(id, requester);
-                    }
-                    // It ends when the schema that requests it sleeps.
-                    Requester::Father(_) | Requester::Need(_) => {}
-                }
-            }
-        }
-        self.settle(out);
-        self.timers.clear();
-    }
-
-    /// Changes the policy of a group on behalf of its father. The group selects at once (R2). An open
-    /// request to the father is dropped. An unknown group has no effect.
-    ///
-    /// # Errors
-    /// A policy that this group cannot have; nothing changes then.
-    pub fn set_policy(
-        &mut self,
-        now: Nanos,
-        group: GroupId,
-        policy: Policy,
-        out: &mut Vec<Effect>,
-    ) -> Result<(), SpecError> {
-        let Some(spec) = self.plan.spec.groups.get(group.index()) else {
-            return Ok(());
-        };
-        if let Some(fault) = policy_fault(spec, policy) {
-            return Err(fault);
-        }
-        if spec.policy != policy {
-            Arc::make_mut(&mut self.plan).spec.groups[group.index()].policy = policy;
-            self.cancel_arbitration(group);
-            if self.is_live(group) {
-                self.select(now, group, TimedCause::new(Cause::PolicyChanged, now), out);
-            }
-            self.settle(out);
-        }
-        Ok(())
-    }
-
     /// Changes the declared period of a schema, in nanoseconds, for the contract. A period of 0 is ignored.
     pub fn set_period(&mut self, id: SchemaId, period: Nanos) {
         if self.plan.contains(id) && period > 0 {
-            Arc::make_mut(&mut self.plan).spec.schemas[id.index()].period = period;
+            Arc::make_mut(&mut self.plan).spec.schemas[id].period = period;
         }
     }
 
     /// Changes whether a schema has a panel, for the contract. Returns whether the value changed.
     pub fn set_panel(&mut self, id: SchemaId, panel: bool) -> bool {
-        let is_changed = self.plan.contains(id) && self.plan.spec.schemas[id.index()].panel != panel;
+        let is_changed = self.plan.contains(id) && self.plan.spec.schemas[id].panel != panel;
         if is_changed {
-            Arc::make_mut(&mut self.plan).spec.schemas[id.index()].panel = panel;
+            Arc::make_mut(&mut self.plan).spec.schemas[id].panel = panel;
         }
         is_changed
     }
@@ -212,11 +132,11 @@ impl Hierarchy {
     }
 
     fn group(&self, id: GroupId) -> &Group {
-        self.groups.get(id.index()).unwrap_or(&UNKNOWN_GROUP)
+        self.groups.get(id).unwrap_or(&UNKNOWN_GROUP)
     }
 
     fn group_mut(&mut self, id: GroupId) -> &mut Group {
-        &mut self.groups[id.index()]
+        &mut self.groups[id]
     }
 
     fn is_live(&self, group: GroupId) -> bool {
@@ -224,14 +144,7 @@ impl Hierarchy {
     }
 
     fn name(&self, id: SchemaId) -> String {
-        self.plan.spec.schemas[id.index()].name.clone()
-    }
-
-    fn change(&mut self, id: SchemaId, to: State, out: &mut Vec<Effect>) {
-        let from = self.node_mut(id).set_state(to);
-        if from != to {
-            out.push(Effect::Changed { id, from, to });
-        }
+        self.plan.spec.schemas[id].name.clone()
     }
 
     fn running_and_known(&self, id: SchemaId) -> Result<(), Refused> {

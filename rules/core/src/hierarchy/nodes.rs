@@ -8,42 +8,43 @@ use super::candidates::{CandidateCache, CandidateList};
 use super::last_check::{CheckChange, Urgency};
 use super::node::{IterationEnd, Node};
 use super::spec_index::SpecIndex;
-use crate::spec::{GroupId, SchemaId};
+use crate::spec::{GroupId, SchemaId, Spec};
+use crate::table::Table;
 
 /// The schemas, by their identifiers.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Nodes {
-    nodes: Vec<Node>,
+    nodes: Table<SchemaId, Node>,
     candidates: CandidateCache,
 }
 
 static UNKNOWN: Node = Node::ASLEEP;
 
 impl Nodes {
-    pub(super) fn new(schemas: usize, groups: usize) -> Self {
+    pub(super) fn new(spec: &Spec) -> Self {
         Self {
-            nodes: vec![Node::ASLEEP; schemas],
-            candidates: CandidateCache::new(schemas, groups),
+            nodes: spec.schemas.map_ids(|_| Node::ASLEEP),
+            candidates: CandidateCache::new(spec),
         }
     }
 
     /// Returns the facts of a schema; those of a sleeping one for an unknown identifier.
     #[inline]
     pub(super) fn get(&self, id: SchemaId) -> &Node {
-        self.nodes.get(id.index()).unwrap_or(&UNKNOWN)
+        self.nodes.get(id).unwrap_or(&UNKNOWN)
     }
 
     /// Returns the facts of a known schema for a change.
     #[inline]
     pub(super) fn get_mut(&mut self, plan: &SpecIndex, id: SchemaId) -> &mut Node {
         self.candidates.mark_dirty(plan, id);
-        &mut self.nodes[id.index()]
+        &mut self.nodes[id]
     }
 
     /// Takes in the check of a known schema. Returns whether its readiness changed or became known.
     #[inline]
     pub(super) fn check(&mut self, plan: &SpecIndex, id: SchemaId, ready: bool, urgency: Urgency) -> bool {
-        let change = self.nodes[id.index()].check(ready, urgency);
+        let change = self.nodes[id].check(ready, urgency);
         if change != CheckChange::Nothing {
             self.candidates.mark_dirty(plan, id);
         }
@@ -53,13 +54,13 @@ impl Nodes {
     /// Begins an iteration of a known schema. No candidate list depends on iterations.
     #[inline]
     pub(super) fn begin(&mut self, id: SchemaId) {
-        self.nodes[id.index()].begin();
+        self.nodes[id].begin();
     }
 
     /// Ends an iteration of a known schema.
     #[inline]
     pub(super) fn end(&mut self, id: SchemaId) -> IterationEnd {
-        self.nodes[id.index()].end()
+        self.nodes[id].end()
     }
 
     /// Returns the current candidate list of a group.

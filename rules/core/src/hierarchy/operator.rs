@@ -5,14 +5,14 @@
 
 use std::sync::Arc;
 
+use super::Phase;
 use super::group::TimedCause;
 use super::sleep::SleepMode;
 use super::snapshot::Decision;
-use super::{Hierarchy, Phase};
-use crate::effect::Effect;
+use super::transaction::Transaction;
 use crate::record::Cause;
 use crate::refused::Refused;
-use crate::spec::{Kind, Nanos, SchemaId};
+use crate::spec::{Kind, SchemaId};
 use crate::state::{Health, Hold, HoldAction, Holder, Requester};
 
 /// An action of an operator on a schema.
@@ -31,27 +31,21 @@ pub enum Operator {
     Release(SchemaId),
 }
 
-impl Hierarchy {
+impl Transaction<'_> {
     /// Carries out an operator's action.
     ///
     /// # Errors
     /// The application is not running, the schema does not exist, a faulted or a perceptive schema is to be
     /// forced, a schema is to be played below a father that is being replaced or while it is unloaded, or a lease
     /// would end a stop of somebody else. Nothing changes then.
-    pub fn operator(
-        &mut self,
-        now: Nanos,
-        by: Holder,
-        action: Operator,
-        out: &mut Vec<Effect>,
-    ) -> Result<(), Refused> {
+    pub fn operator(&mut self, by: Holder, action: Operator) -> Result<(), Refused> {
         match action {
-            Operator::Play(id) => self.play(now, by, id, out),
-            Operator::Stop(id) => self.stop(now, by, id, HoldAction::Stopped, out),
-            Operator::Force(id) => self.force(now, by, id, out),
-            Operator::Release(id) => self.end_holds(now, id, |_| true, out).map(drop),
+            Operator::Play(id) => self.play(by, id),
+            Operator::Stop(id) => self.stop(by, id, HoldAction::Stopped),
+            Operator::Force(id) => self.force(by, id),
+            Operator::Release(id) => self.end_holds(id, |_| true).map(drop),
         }?;
-        self.settle(out);
+        self.settle();
         Ok(())
     }
 
@@ -60,15 +54,9 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The application is not running, or the schema does not exist. Nothing changes then.
-    pub fn unload(
-        &mut self,
-        now: Nanos,
-        by: Holder,
-        id: SchemaId,
-        out: &mut Vec<Effect>,
-    ) -> Result<(), Refused> {
-        self.stop(now, by, id, HoldAction::Unloaded, out)?;
-        self.settle(out);
+    pub fn unload(&mut self, by: Holder, id: SchemaId) -> Result<(), Refused> {
+        self.stop(by, id, HoldAction::Unloaded)?;
+        self.settle();
         Ok(())
     }
 
@@ -76,9 +64,9 @@ impl Hierarchy {
     ///
     /// # Errors
     /// As [`unload`](Self::unload).
-    pub fn load(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
-        self.end_holds(now, id, |hold| hold.action == HoldAction::Unloaded, out)?;
-        self.settle(out);
+    pub fn load(&mut self, id: SchemaId) -> Result<(), Refused> {
+        self.end_holds(id, |hold| hold.action == HoldAction::Unloaded)?;
+        self.settle();
         Ok(())
     }
 
@@ -88,7 +76,7 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The application is shut down. Nothing changes then.
-    pub fn stop_all(&mut self, now: Nanos, by: Holder, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    pub fn stop_all(&mut self, by: Holder) -> Result<(), Refused> {
         if self.phase == Phase::Over {
             return Err(Refused::NotRunning);
         }
@@ -105,23 +93,23 @@ impl Hierarchy {
             self.drop_handover(group);
             self.cancel_arbitration(group);
             for &root in plan.members(group) {
-                self.hold_asleep(root, Hold { by, action }, out);
+                self.hold_asleep(root, Hold { by, action });
                 // No group selects before all roots sleep, so no root can take over in between.
-                self.withdraw(root, out);
-                self.drain(root, SleepMode::AtOnce, out);
+                self.withdraw(root);
+                self.drain(root, SleepMode::AtOnce);
                 if self.is_awake(root) {
-                    self.put_to_sleep(root, out);
+                    self.put_to_sleep(root);
                 }
             }
             self.group_mut(group).lose(before);
             if let Some(first) = before.or_else(|| plan.members(group).first().copied()) {
-                let trigger = TimedCause::new(Cause::Operator(first), now);
+                let trigger = TimedCause::new(Cause::Operator(first), self.now);
                 let list = self.candidates_of(group);
-                self.decide(now, group, list, Decision::all_stopped(), trigger, out);
+                self.decide(group, list, Decision::all_stopped(), trigger);
             }
-            self.brake(group, out);
+            self.brake(group);
         }
-        self.settle(out);
+        self.settle();
         Ok(())
     }
 
@@ -130,7 +118,7 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The application is not running. Nothing changes then.
-    pub fn release_all(&mut self, now: Nanos, out: &mut Vec<Effect>) -> Result<Vec<SchemaId>, Refused> {
+    pub fn release_all(&mut self) -> Result<Vec<SchemaId>, Refused> {
         if self.phase != Phase::Running {
             return Err(Refused::NotRunning);
         }
@@ -138,12 +126,12 @@ impl Hierarchy {
         let roots = plan.root_groups().iter().flat_map(|group| plan.members(*group));
         let mut released = Vec::new();
         for &root in roots {
-            let ended = self.end_holds(now, root, |hold| hold.action == HoldAction::StoppedWithAll, out)?;
+            let ended = self.end_holds(root, |hold| hold.action == HoldAction::StoppedWithAll)?;
             if ended && !self.is_stopped(root) {
                 released.push(root);
             }
         }
-        self.settle(out);
+        self.settle();
         Ok(released)
     }
 
@@ -152,25 +140,16 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The application is not running, or the schema does not exist. Nothing changes then.
-    pub fn let_go(
-        &mut self,
-        now: Nanos,
-        by: Holder,
-        id: SchemaId,
-        out: &mut Vec<Effect>,
-    ) -> Result<bool, Refused> {
+    pub fn let_go(&mut self, by: Holder, id: SchemaId) -> Result<bool, Refused> {
         let is_theirs = |holder: Holder| holder.operator == by.operator && (holder.leased || !by.leased);
-        let ended = self.end_holds(
-            now,
-            id,
-            |hold| is_theirs(hold.by) && hold.action != HoldAction::StoppedWithAll,
-            out,
-        )?;
-        self.settle(out);
+        let ended = self.end_holds(id, |hold| {
+            is_theirs(hold.by) && hold.action != HoldAction::StoppedWithAll
+        })?;
+        self.settle();
         Ok(ended)
     }
 
-    fn play(&mut self, now: Nanos, by: Holder, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    fn play(&mut self, by: Holder, id: SchemaId) -> Result<(), Refused> {
         self.running_and_known(id)?;
         if self
             .plan
@@ -189,27 +168,20 @@ impl Hierarchy {
         self.check_stops_of_others(by, id)?;
         if self.node(id).is_faulted() {
             self.forget_faults(id);
-            self.set_health(id, Health::Ok, out);
+            self.set_health(id, Health::Ok);
         }
         let action = HoldAction::Played;
         let node = self.node_mut(id);
         node.end_holds(|hold| hold.action.stops());
         node.hold(Hold { by, action });
         self.release_unheld(id);
-        let woke = self.request(id, Requester::Operator, out);
-        self.compete(now, id, woke, Cause::Operator(id), out);
+        let woke = self.request(id, Requester::Operator);
+        self.compete(id, woke, Cause::Operator(id));
         Ok(())
     }
 
     /// Keeps a schema asleep by this action, until the hold ends.
-    fn stop(
-        &mut self,
-        now: Nanos,
-        by: Holder,
-        id: SchemaId,
-        action: HoldAction,
-        out: &mut Vec<Effect>,
-    ) -> Result<(), Refused> {
+    fn stop(&mut self, by: Holder, id: SchemaId, action: HoldAction) -> Result<(), Refused> {
         self.running_and_known(id)?;
         let unloads = action == HoldAction::Unloaded;
         let unloaded = Hold {
@@ -222,16 +194,16 @@ impl Hierarchy {
                 HoldAction::Stopped => unloads && hold.by == by,
                 HoldAction::Unloaded | HoldAction::StoppedWithAll | HoldAction::Forced => false,
             });
-            self.hold_asleep(id, Hold { by, action }, out);
+            self.hold_asleep(id, Hold { by, action });
         }
         self.release_unheld(id);
-        self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
+        self.sleep_if_unneeded(id, Cause::Operator(id));
         Ok(())
     }
 
     /// Adds a stop. Unless the schema is unloaded, all that it and the schemas below it need at this instant to see
     /// stays awake until no operator stops it (R6).
-    fn hold_asleep(&mut self, id: SchemaId, stop: Hold, out: &mut Vec<Effect>) {
+    fn hold_asleep(&mut self, id: SchemaId, stop: Hold) {
         self.node_mut(id).hold(stop);
         if !self.node(id).holds().keep_needs() || stop.by == Holder::UNKNOWN {
             return;
@@ -242,14 +214,14 @@ impl Hierarchy {
                 let spec = plan.schema(user);
                 for need in [&spec.needs, self.node(user).woken()].concat() {
                     if !spec.only_commands.contains(&need) {
-                        self.request(need, Requester::Stopped(id), out);
+                        self.request(need, Requester::Stopped(id));
                     }
                 }
             }
         }
     }
 
-    fn force(&mut self, now: Nanos, by: Holder, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    fn force(&mut self, by: Holder, id: SchemaId) -> Result<(), Refused> {
         self.running_and_known(id)?;
         self.not_faulted(id)?;
         let Some(group) = self.plan.group_of(id) else {
@@ -260,7 +232,7 @@ impl Hierarchy {
         self.check_stops_of_others(by, id)?;
         self.group_mut(group).force(by, id);
         if self.is_live(group) {
-            self.select(now, group, TimedCause::new(Cause::Operator(id), now), out);
+            self.select(group, TimedCause::new(Cause::Operator(id), self.now));
         }
         Ok(())
     }
@@ -277,13 +249,7 @@ impl Hierarchy {
     }
 
     /// Ends holds on a schema, and what followed from them alone. Returns whether there were any.
-    fn end_holds(
-        &mut self,
-        now: Nanos,
-        id: SchemaId,
-        which: impl Fn(Hold) -> bool,
-        out: &mut Vec<Effect>,
-    ) -> Result<bool, Refused> {
+    fn end_holds(&mut self, id: SchemaId, which: impl Fn(Hold) -> bool) -> Result<bool, Refused> {
         self.running_and_known(id)?;
         let was_stopped = self.is_stopped(id);
         let held = self.node_mut(id).end_holds(&which);
@@ -293,13 +259,13 @@ impl Hierarchy {
                 .end_forces(|by, forced| forced == id && which(Hold { by, action }))
         });
         self.release_unheld(id);
-        let woke = was_stopped && self.wake_if_allowed(id, out);
+        let woke = was_stopped && self.wake_if_allowed(id);
         if self.node(id).should_be_awake() {
             if woke || was_stopped || forced {
-                self.compete_again(now, id, out);
+                self.compete_again(id);
             }
         } else {
-            self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
+            self.sleep_if_unneeded(id, Cause::Operator(id));
         }
         Ok(held || forced)
     }
@@ -319,11 +285,11 @@ impl Hierarchy {
         }
     }
 
-    fn compete_again(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+    fn compete_again(&mut self, id: SchemaId) {
         if let Some(group) = self.plan.group_of(id)
             && self.is_awake(id)
         {
-            self.select(now, group, TimedCause::new(Cause::Operator(id), now), out);
+            self.select(group, TimedCause::new(Cause::Operator(id), self.now));
         }
     }
 

@@ -22,6 +22,15 @@ impl Hierarchy {
         self.node(id).health()
     }
 
+    /// Returns how many restarts its policy still grants at this time; `None` if it is never restarted.
+    #[must_use]
+    pub fn restarts_left(&self, now: Nanos, id: SchemaId) -> Option<u32> {
+        if !self.plan.contains(id) {
+            return None;
+        }
+        self.restarts[id].left(self.plan.schema(id).restart, now)
+    }
+
     /// Returns whether a schema is not SLEPT.
     #[must_use]
     pub fn is_awake(&self, id: SchemaId) -> bool {

@@ -3,123 +3,115 @@
 //!
 //! It refuses to decide what a fault is; the executor reports it.
 
+use super::Phase;
 use super::group::TimedCause;
 use super::sleep::SleepMode;
 use super::timer::Timer;
-use super::{Hierarchy, Phase};
+use super::transaction::Transaction;
 use crate::effect::Effect;
 use crate::record::Cause;
-use crate::spec::{Nanos, SchemaId};
+use crate::spec::SchemaId;
 use crate::state::{Health, State};
 
-impl Hierarchy {
+impl Transaction<'_> {
     /// Reports that a schema panicked, returned an error, hung or died. It sleeps at once with its subtree,
     /// its level selects again, and its restart policy applies.
     ///
     /// A running iteration counts as abandoned until [`end`](Self::end) is called for it, even if the fault
     /// itself ended it: report the fault, then the end. A second report before the restart has no effect.
-    pub fn faulted(&mut self, now: Nanos, id: SchemaId, reason: String, out: &mut Vec<Effect>) {
+    pub fn faulted(&mut self, id: SchemaId, reason: String) {
         if !self.plan.contains(id) || self.node(id).is_faulted() {
             return;
         }
-        self.set_health(id, Health::Faulted(reason), out);
+        self.set_health(id, Health::Faulted(reason));
         if self.phase != Phase::Running {
             return;
         }
         let policy = self.plan.schema(id).restart;
-        if let Some(due) = self.restarts[id.index()].due(policy, now) {
+        if let Some(due) = self.hierarchy.restarts[id].due(policy, self.now) {
             self.timers.arm(Timer::Restart(id), due);
         }
         if self.is_awake(id) {
-            self.fail_awake(now, id, out);
+            self.fail_awake(id);
         }
-        self.settle(out);
+        self.settle();
     }
 
     /// Reports that the code or the process of a schema was replaced, or that its fault counts as repaired.
     /// The fault and all restarts are cleared, and the schema wakes if it has a requester.
-    pub fn restored(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+    pub fn restored(&mut self, id: SchemaId) {
         if self.plan.contains(id) {
             self.forget_faults(id);
-            self.recover(now, id, out);
-            self.settle(out);
+            self.recover(id);
+            self.settle();
         }
     }
 
     /// Reports a missed deadline.
-    pub fn overrun(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+    pub fn overrun(&mut self, id: SchemaId) {
         if *self.health(id) == Health::Ok {
-            self.set_health(id, Health::Overrun, out);
+            self.set_health(id, Health::Overrun);
         }
     }
 
     /// Reports that a schema meets its deadlines again.
-    pub fn on_time(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+    pub fn on_time(&mut self, id: SchemaId) {
         if *self.health(id) == Health::Overrun {
-            self.set_health(id, Health::Ok, out);
+            self.set_health(id, Health::Ok);
         }
     }
 
-    pub(super) fn restart(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        self.restarts[id.index()].record(now);
-        self.recover(now, id, out);
+    pub(super) fn restart(&mut self, id: SchemaId) {
+        self.hierarchy.restarts[id].record(self.now);
+        self.recover(id);
     }
 
     /// Clears the pending restart and the count of restarts.
     pub(super) fn forget_faults(&mut self, id: SchemaId) {
         self.timers.disarm(Timer::Restart(id));
-        self.restarts[id.index()].forget();
+        self.restarts[id].forget();
     }
 
-    /// Returns how many restarts its policy still grants at this time; `None` if it is never restarted.
-    #[must_use]
-    pub fn restarts_left(&self, now: Nanos, id: SchemaId) -> Option<u32> {
-        if !self.plan.contains(id) {
-            return None;
-        }
-        self.restarts[id.index()].left(self.plan.schema(id).restart, now)
-    }
-
-    pub(super) fn set_health(&mut self, id: SchemaId, health: Health, out: &mut Vec<Effect>) {
+    pub(super) fn set_health(&mut self, id: SchemaId, health: Health) {
         if self.plan.contains(id) && *self.health(id) != health {
             self.node_mut(id).set_health(health.clone());
-            out.push(Effect::Health { id, health });
+            self.out.push(Effect::Health { id, health });
         }
     }
 
-    fn recover(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        self.set_health(id, Health::Ok, out);
-        let woke = self.wake_if_allowed(id, out);
+    fn recover(&mut self, id: SchemaId) {
+        self.set_health(id, Health::Ok);
+        let woke = self.wake_if_allowed(id);
         if woke {
-            self.compete(now, id, woke, Cause::Woken(id), out);
+            self.compete(id, woke, Cause::Woken(id));
         }
     }
 
     /// Puts an awake schema to sleep at once, with everything below it.
-    fn fail_awake(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+    fn fail_awake(&mut self, id: SchemaId) {
         let Some(group) = self.plan.group_of(id) else {
-            return self.put_to_sleep(id, out);
+            return self.put_to_sleep(id);
         };
         let before = self.group(group).choice();
         let handover = self
             .group(group)
             .handover()
             .filter(|_| self.node(id).state() == State::Winner);
-        self.withdraw(id, out);
-        self.drain(id, SleepMode::AtOnce, out);
-        self.put_to_sleep(id, out);
+        self.withdraw(id);
+        self.drain(id, SleepMode::AtOnce);
+        self.put_to_sleep(id);
         if let Some(replaced) = self.handover_above(id) {
             self.group_mut(group).lose(before);
-            self.advance(now, replaced, out);
+            self.advance(replaced);
             return;
         }
         if let Some(handover) = handover
             && self.group(group).pending().is_some()
         {
             // The father has an open request, but the handover had already chosen the next winner.
-            self.set_winner(group, now, handover.to, handover.origin(), out);
+            self.set_winner(group, handover.to, handover.origin());
         }
         self.group_mut(group).lose(before);
-        self.select(now, group, TimedCause::new(Cause::Faulted(id), now), out);
+        self.select(group, TimedCause::new(Cause::Faulted(id), self.now));
     }
 }

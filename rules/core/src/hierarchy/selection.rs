@@ -2,19 +2,20 @@
 //!
 //! It refuses to select below a father that is being replaced, and while a request to the father is open.
 
+use super::Phase;
 use super::candidates::CandidateList;
 use super::group::TimedCause;
 use super::snapshot::{Decision, Evaluation, Snapshot, forced_choice};
 use super::timer::Timer;
+use super::transaction::Transaction;
 use super::winner::Origin;
-use super::{Hierarchy, Phase};
 use crate::effect::Effect;
 use crate::record::{Cause, Record};
-use crate::spec::{GroupId, Nanos};
+use crate::spec::GroupId;
 
-impl Hierarchy {
+impl Transaction<'_> {
     /// Selects in a group, or requests an arbitration by its father.
-    pub(super) fn select(&mut self, now: Nanos, id: GroupId, trigger: TimedCause, out: &mut Vec<Effect>) {
+    pub(super) fn select(&mut self, id: GroupId, trigger: TimedCause) {
         if self.phase != Phase::Running || self.is_frozen(id) {
             return;
         }
@@ -25,10 +26,10 @@ impl Hierarchy {
             return;
         }
         let list = self.candidates_of(id);
-        match self.snapshot(now, id, &list).evaluate(self.plan.group(id).policy) {
-            Evaluation::Decided(decision) => self.decide(now, id, list, decision, trigger, out),
+        match self.snapshot(id, &list).evaluate(self.plan.group(id).policy) {
+            Evaluation::Decided(decision) => self.decide(id, list, decision, trigger),
             Evaluation::FatherArbitrates(case) => {
-                self.request_arbitration(now, id, case, list.candidates, trigger, out)
+                self.request_arbitration(id, case, list.candidates, trigger)
             }
         }
     }
@@ -36,12 +37,13 @@ impl Hierarchy {
     /// Returns the current candidate list of a group.
     #[inline]
     pub(super) fn candidates_of(&mut self, id: GroupId) -> CandidateList {
-        self.nodes.candidates_of(&self.plan, id)
+        let hierarchy = &mut *self.hierarchy;
+        hierarchy.nodes.candidates_of(&hierarchy.plan, id)
     }
 
-    pub(super) fn snapshot<'a>(&'a self, now: Nanos, id: GroupId, list: &'a CandidateList) -> Snapshot<'a> {
+    pub(super) fn snapshot<'a>(&'a self, id: GroupId, list: &'a CandidateList) -> Snapshot<'a> {
         Snapshot {
-            now,
+            now: self.now,
             spec: self.plan.group(id),
             group: self.group(id),
             nodes: &self.nodes,
@@ -52,12 +54,10 @@ impl Hierarchy {
     /// Records a decision and carries it out.
     pub(super) fn decide(
         &mut self,
-        now: Nanos,
         id: GroupId,
         list: CandidateList,
         decision: Decision,
         trigger: TimedCause,
-        out: &mut Vec<Effect>,
     ) {
         let Decision {
             case,
@@ -68,14 +68,14 @@ impl Hierarchy {
         } = decision;
         self.records += 1;
         let number = self.records;
-        let before = self.group_mut(id).choose(now, choice);
-        match self.snapshot(now, id, &list).turn_end(case, choice) {
+        let before = self.hierarchy.group_mut(id).choose(self.now, choice);
+        match self.snapshot(id, &list).turn_end(case, choice) {
             Some(end) => self.timers.arm(Timer::Turn(id), end),
             None => self.timers.disarm(Timer::Turn(id)),
         }
-        out.push(Effect::Decided(Record {
+        self.out.push(Effect::Decided(Record {
             number,
-            time: now,
+            time: self.now,
             cause_time: trigger.time,
             group: id,
             case,
@@ -92,11 +92,11 @@ impl Hierarchy {
                 record: number,
                 cause_time: trigger.time,
             };
-            self.apply_choice(now, id, choice, origin, trigger, out);
+            self.apply_choice(id, choice, origin, trigger);
         }
     }
 
-    pub(super) fn end_turn(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
-        self.select(now, id, TimedCause::new(Cause::Timer(Timer::Turn(id)), now), out);
+    pub(super) fn end_turn(&mut self, id: GroupId) {
+        self.select(id, TimedCause::new(Cause::Timer(Timer::Turn(id)), self.now));
     }
 }

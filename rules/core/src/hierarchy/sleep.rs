@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use super::Hierarchy;
 use super::timer::Timer;
+use super::transaction::Transaction;
 use crate::effect::Effect;
 use crate::spec::{GroupId, Kind, SchemaId};
 use crate::state::{Requester, State};
@@ -20,28 +20,28 @@ pub(super) enum SleepMode {
     AtOnce,
 }
 
-impl Hierarchy {
+impl Transaction<'_> {
     /// Puts the subtree of a schema to sleep, without the schema itself, as far as the mode allows. Returns
     /// true if nothing below it is awake.
-    pub(super) fn drain(&mut self, id: SchemaId, mode: SleepMode, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn drain(&mut self, id: SchemaId, mode: SleepMode) -> bool {
         let plan = Arc::clone(&self.plan);
         let mut all_asleep = true;
         for &group in plan.groups_under(id) {
-            all_asleep &= self.sleep_group(group, mode, out);
+            all_asleep &= self.sleep_group(group, mode);
         }
         all_asleep
     }
 
     /// Puts the members of a group to sleep with everything below them, as far as the mode allows. Returns
     /// true if none is awake. The requests of fathers and operators for the members that sleep are removed.
-    pub(super) fn sleep_group(&mut self, group: GroupId, mode: SleepMode, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn sleep_group(&mut self, group: GroupId, mode: SleepMode) -> bool {
         let plan = Arc::clone(&self.plan);
         self.drop_handover(group);
         self.cancel_arbitration(group);
         self.timers.disarm(Timer::Turn(group));
         let mut all_asleep = true;
         for &member in plan.members(group) {
-            let subtree_asleep = self.drain(member, mode, out);
+            let subtree_asleep = self.drain(member, mode);
             if self.is_awake(member) {
                 let may_sleep =
                     mode == SleepMode::AtOnce || (subtree_asleep && !self.node(member).is_iterating());
@@ -49,7 +49,7 @@ impl Hierarchy {
                     all_asleep = false;
                     continue;
                 }
-                self.put_to_sleep(member, out);
+                self.put_to_sleep(member);
             }
             self.node_mut(member).release_by_all();
             all_asleep &= subtree_asleep;
@@ -61,8 +61,8 @@ impl Hierarchy {
     }
 
     /// Puts one awake schema to sleep at once. Its subtree must sleep already. Its requesters remain.
-    pub(super) fn put_to_sleep(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
-        self.withdraw(id, out);
+    pub(super) fn put_to_sleep(&mut self, id: SchemaId) {
+        self.withdraw(id);
         if let Some(group) = self.plan.group_of(id)
             && self.group_mut(group).remove(id).is_some()
         {
@@ -71,8 +71,8 @@ impl Hierarchy {
         let node = self.node_mut(id);
         let woken = node.prepare_sleep();
         let abandoned = node.is_abandoned();
-        out.push(Effect::Slept { id, abandoned });
-        self.change(id, State::Slept, out);
+        self.out.push(Effect::Slept { id, abandoned });
+        self.change(id, State::Slept);
         let plan = Arc::clone(&self.plan);
         for &need in &plan.schema(id).needs {
             self.release(need, Requester::Need(id));
@@ -96,12 +96,12 @@ impl Hierarchy {
 
     /// Ends a transaction: perceptive schemas that should no longer be awake go to sleep, after the schemas
     /// that needed them.
-    pub(super) fn settle(&mut self, out: &mut Vec<Effect>) {
+    pub(super) fn settle(&mut self) {
         let mut next = 0;
         while let Some(&id) = self.unneeded.get(next) {
             next += 1;
             if !self.node(id).should_be_awake() && self.is_awake(id) {
-                self.put_to_sleep(id, out);
+                self.put_to_sleep(id);
             }
         }
         self.unneeded.clear();

@@ -4,32 +4,32 @@
 //! Lookups only. It refuses to check identifiers: they must be those of a valid specification.
 
 use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
+use crate::table::Table;
 
 /// The specification, with its links upwards and downwards computed in advance.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct SpecIndex {
     pub(super) spec: Spec,
-    group_of: Vec<Option<GroupId>>,
-    position_of: Vec<usize>,
-    groups_under: Vec<Vec<GroupId>>,
+    group_of: Table<SchemaId, Option<GroupId>>,
+    position_of: Table<SchemaId, usize>,
+    groups_under: Table<SchemaId, Vec<GroupId>>,
     roots: Vec<GroupId>,
 }
 
 impl SpecIndex {
     pub(super) fn new(spec: Spec) -> Self {
-        let mut group_of = vec![None; spec.schemas.len()];
-        let mut position_of = vec![0; spec.schemas.len()];
-        let mut groups_under = vec![Vec::new(); spec.schemas.len()];
+        let mut group_of = spec.schemas.map_ids(|_| None);
+        let mut position_of = spec.schemas.map_ids(|_| 0);
+        let mut groups_under = spec.schemas.map_ids(|_| Vec::new());
         let mut roots = Vec::new();
-        for (index, group) in (0u32..).zip(&spec.groups) {
-            let id = GroupId(index);
+        for (id, group) in spec.groups.entries() {
             match group.father {
-                Some(father) => groups_under[father.index()].push(id),
+                Some(father) => groups_under[father].push(id),
                 None => roots.push(id),
             }
             for (position, member) in group.members.iter().enumerate() {
-                group_of[member.index()] = Some(id);
-                position_of[member.index()] = position;
+                group_of[*member] = Some(id);
+                position_of[*member] = position;
             }
         }
         Self {
@@ -42,11 +42,11 @@ impl SpecIndex {
     }
 
     pub(super) fn contains(&self, id: SchemaId) -> bool {
-        id.index() < self.spec.schemas.len()
+        self.spec.schemas.get(id).is_some()
     }
 
     pub(super) fn schema(&self, id: SchemaId) -> &SchemaSpec {
-        &self.spec.schemas[id.index()]
+        &self.spec.schemas[id]
     }
 
     pub(super) fn kind(&self, id: SchemaId) -> Kind {
@@ -54,7 +54,7 @@ impl SpecIndex {
     }
 
     pub(super) fn group(&self, id: GroupId) -> &GroupSpec {
-        &self.spec.groups[id.index()]
+        &self.spec.groups[id]
     }
 
     pub(super) fn members(&self, id: GroupId) -> &[SchemaId] {
@@ -63,12 +63,12 @@ impl SpecIndex {
 
     /// Returns the group in which a schema competes; `None` for an unknown identifier too.
     pub(super) fn group_of(&self, id: SchemaId) -> Option<GroupId> {
-        self.group_of.get(id.index()).copied().flatten()
+        self.group_of.get(id).copied().flatten()
     }
 
     /// Returns its index in the father's order; 0 for a schema that does not compete.
     pub(super) fn position_of(&self, id: SchemaId) -> usize {
-        self.position_of[id.index()]
+        self.position_of[id]
     }
 
     pub(super) fn father(&self, id: SchemaId) -> Option<SchemaId> {
@@ -76,7 +76,7 @@ impl SpecIndex {
     }
 
     pub(super) fn groups_under(&self, id: SchemaId) -> &[GroupId] {
-        &self.groups_under[id.index()]
+        &self.groups_under[id]
     }
 
     pub(super) fn root_groups(&self) -> &[GroupId] {
@@ -84,13 +84,13 @@ impl SpecIndex {
     }
 
     pub(super) fn group_ids(&self) -> impl Iterator<Item = GroupId> + use<> {
-        (0..u32::try_from(self.spec.groups.len()).unwrap_or(u32::MAX)).map(GroupId)
+        self.spec.groups.ids()
     }
 
     pub(super) fn ids_of(&self, kind: Kind) -> impl Iterator<Item = SchemaId> {
-        (0u32..)
-            .zip(&self.spec.schemas)
-            .filter(move |(_, s)| s.kind == kind)
-            .map(|(i, _)| SchemaId(i))
+        let schemas = self.spec.schemas.entries();
+        schemas
+            .filter(move |(_, schema)| schema.kind == kind)
+            .map(|(id, _)| id)
     }
 }

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::Hierarchy;
-use crate::effect::Effect;
+use super::transaction::Transaction;
 use crate::spec::{GroupId, Nanos, SchemaId};
 
 /// An event at a time that is known in advance. Each timer exists at most once.
@@ -56,31 +56,35 @@ impl Hierarchy {
     pub fn timers(&self) -> impl Iterator<Item = (Nanos, Timer)> {
         self.timers.0.iter().map(|(&timer, &due)| (due, timer))
     }
+}
 
+impl Transaction<'_> {
     /// Fires every timer that is due, the earliest first.
-    pub fn tick(&mut self, now: Nanos, out: &mut Vec<Effect>) {
+    pub fn tick(&mut self) {
         while let Some((due, timer)) = self.timers().min()
-            && due <= now
+            && due <= self.now
         {
-            self.fire(now, timer, out);
+            self.fire(timer);
         }
     }
 
-    /// Fires one timer as if its time had been reached. Has no effect if it is not armed. A `now` before the
-    /// due time counts as the due time.
-    pub fn fire(&mut self, now: Nanos, timer: Timer, out: &mut Vec<Effect>) {
+    /// Fires one timer as if its time had been reached. Has no effect if it is not armed. If its time is later than
+    /// this transaction, it fires at its time.
+    pub fn fire(&mut self, timer: Timer) {
         let Some(due) = self.timers.0.remove(&timer) else {
             return;
         };
-        let now = now.max(due);
+        let now = self.now;
+        self.now = now.max(due);
         match timer {
-            Timer::Patience(group) => self.expire(now, group, out),
-            Timer::Arbitration(group) => self.arbitration_late(now, group, out),
-            Timer::Turn(group) => self.end_turn(now, group, out),
-            Timer::Hold(group) => self.brake(group, out),
-            Timer::Restart(id) => self.restart(now, id, out),
-            Timer::Retry(id) => self.retry(now, id, out),
+            Timer::Patience(group) => self.expire(group),
+            Timer::Arbitration(group) => self.arbitration_late(group),
+            Timer::Turn(group) => self.end_turn(group),
+            Timer::Hold(group) => self.brake(group),
+            Timer::Restart(id) => self.restart(id),
+            Timer::Retry(id) => self.retry(id),
         }
-        self.settle(out);
+        self.settle();
+        self.now = now;
     }
 }

@@ -4,16 +4,17 @@
 
 use std::sync::Arc;
 
+use super::Phase;
 use super::group::TimedCause;
 use super::sleep::SleepMode;
-use super::{Hierarchy, Phase};
+use super::transaction::Transaction;
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
-use crate::spec::{Kind, Nanos, SchemaId};
+use crate::spec::{Kind, SchemaId};
 use crate::state::{Requester, State};
 
-impl Hierarchy {
+impl Transaction<'_> {
     /// Wakes a motor child of one of the father's groups, or a perceptive schema. Has no effect if the father
     /// woke it already. A faulted child wakes when its restart policy allows.
     ///
@@ -21,22 +22,16 @@ impl Hierarchy {
     /// The father has no authority (R7) or is being replaced, the child is not its own, or an operator
     /// stopped the child. In the last case the request is kept and takes effect when the operator releases
     /// the child.
-    pub fn wake(
-        &mut self,
-        now: Nanos,
-        father: SchemaId,
-        child: SchemaId,
-        out: &mut Vec<Effect>,
-    ) -> Result<(), Refused> {
+    pub fn wake(&mut self, father: SchemaId, child: SchemaId) -> Result<(), Refused> {
         self.check_authority(father, child)?;
         let requester = Requester::Father(father);
         if !self.node(child).is_requested_by(requester) {
             if self.plan.kind(child) == Kind::Perceptive {
                 self.node_mut(father).add_woken(child);
             }
-            let awake = self.request(child, requester, out);
-            self.compete(now, child, awake, Cause::Woken(child), out);
-            self.settle(out);
+            let awake = self.request(child, requester);
+            self.compete(child, awake, Cause::Woken(child));
+            self.settle();
         }
         if self.node(child).is_stopped() {
             Err(Refused::Stopped {
@@ -53,86 +48,67 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The father has no authority (R7) or is being replaced, or the child is not its own.
-    pub fn sleep(
-        &mut self,
-        now: Nanos,
-        father: SchemaId,
-        child: SchemaId,
-        out: &mut Vec<Effect>,
-    ) -> Result<(), Refused> {
+    pub fn sleep(&mut self, father: SchemaId, child: SchemaId) -> Result<(), Refused> {
         self.check_authority(father, child)?;
         if self.release(child, Requester::Father(father)) {
             self.node_mut(father).remove_woken(child);
-            self.sleep_if_unneeded(now, child, Cause::Slept(child), out);
+            self.sleep_if_unneeded(child, Cause::Slept(child));
         }
-        self.settle(out);
+        self.settle();
         Ok(())
     }
 
     /// Adds a requester and wakes the schema if that is allowed. Returns true if it woke.
-    pub(super) fn request(&mut self, id: SchemaId, requester: Requester, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn request(&mut self, id: SchemaId, requester: Requester) -> bool {
         self.node_mut(id).request(requester);
-        self.wake_if_allowed(id, out)
+        self.wake_if_allowed(id)
     }
 
     /// Wakes a schema that sleeps and should be awake, after all schemas that it needs. Returns true if it
     /// woke.
-    pub(super) fn wake_if_allowed(&mut self, id: SchemaId, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn wake_if_allowed(&mut self, id: SchemaId) -> bool {
         if self.phase != Phase::Running || self.is_awake(id) || !self.node(id).should_be_awake() {
             return false;
         }
         let plan = Arc::clone(&self.plan);
         for &need in &plan.schema(id).needs {
-            self.request(need, Requester::Need(id), out);
+            self.request(need, Requester::Need(id));
         }
-        out.push(Effect::Woken(id));
+        self.out.push(Effect::Woken(id));
         let state = match plan.kind(id) {
             Kind::Perceptive => State::Winner,
             Kind::Motor => State::Checking,
         };
-        self.change(id, state, out);
+        self.change(id, state);
         true
     }
 
     /// Lets a motor schema compete after a requester was added, if it woke or is a winner that was about to
     /// sleep.
-    pub(super) fn compete(
-        &mut self,
-        now: Nanos,
-        id: SchemaId,
-        woke: bool,
-        cause: Cause,
-        out: &mut Vec<Effect>,
-    ) {
+    pub(super) fn compete(&mut self, id: SchemaId, woke: bool, cause: Cause) {
         if let Some(group) = self.plan.group_of(id)
             && (woke || self.node(id).state() == State::Winner)
         {
-            self.select(now, group, TimedCause::new(cause, now), out);
+            self.select(group, TimedCause::new(cause, self.now));
         }
     }
 
     /// Removes a motor schema without a reason to be awake from its group. A winner leaves by a handover, any
     /// other schema at once.
-    pub(super) fn sleep_if_unneeded(
-        &mut self,
-        now: Nanos,
-        id: SchemaId,
-        cause: Cause,
-        out: &mut Vec<Effect>,
-    ) {
+    pub(super) fn sleep_if_unneeded(&mut self, id: SchemaId, cause: Cause) {
         if self.node(id).should_be_awake() || !self.is_awake(id) {
             return;
         }
         let Some(group) = self.plan.group_of(id) else {
-            return self.put_to_sleep(id, out);
+            return self.put_to_sleep(id);
         };
         if self.node(id).state() != State::Winner {
             let before = self.group(group).choice();
-            self.drain(id, SleepMode::AtOnce, out);
-            self.put_to_sleep(id, out);
+            self.drain(id, SleepMode::AtOnce);
+            self.put_to_sleep(id);
             self.group_mut(group).lose(before);
         }
-        self.select(now, group, TimedCause::new(cause, now), out);
+        self.select(group, TimedCause::new(cause, self.now));
     }
 
     fn check_authority(&self, father: SchemaId, child: SchemaId) -> Result<(), Refused> {

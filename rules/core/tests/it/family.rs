@@ -32,15 +32,15 @@ pub(crate) fn family(policy: Policy) -> Hierarchy {
         ..GroupSpec::new("children", Some(FATHER), vec![A, B, C])
     };
     let spec = Spec {
-        schemas: ["father", "a", "b", "c"].map(schema).to_vec(),
-        groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children],
+        schemas: ["father", "a", "b", "c"].map(schema).to_vec().into(),
+        groups: vec![GroupSpec::new("roots", None, vec![FATHER]), children].into(),
     };
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
-        h.start(0, out);
-        h.checked(0, FATHER, READY, out);
-        h.wake(0, FATHER, A, out).expect("authority");
-        h.wake(0, FATHER, B, out).expect("authority");
+        h.at(0, out).start();
+        h.at(0, out).checked(FATHER, READY);
+        h.at(0, out).wake(FATHER, A).expect("authority");
+        h.at(0, out).wake(FATHER, B).expect("authority");
     });
     h
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use crate::random::{MS, POLICIES, specs};
 use jde_core::{
     ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Hold, HoldAction, Holder, Kind, Nanos,
-    Operator, Policy, Refused, SchemaId, Spec, State, Timer,
+    Operator, Policy, Refused, SchemaId, Spec, State, Timer, Transaction,
 };
 use jde_shadow::{Shadow, below, ids};
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ proptest! {
     #[test]
     fn rules_hold_after_every_random_event(spec in specs(), events in prop::collection::vec(any::<[u16; 4]>(), 1..300)) {
         let mut run = Run::new(spec);
-        run.transaction(|h, out| h.start(0, out))?;
+        run.transaction(|transaction| transaction.start())?;
         for event in events {
             run.step(event)?;
         }
@@ -110,7 +110,7 @@ impl Run {
                     urgency,
                     cause: now.saturating_sub(u64::from(c)),
                 };
-                self.transaction(|h, out| h.checked(now, schema, check, out))
+                self.transaction(|transaction| transaction.checked(schema, check))
             }
             8..=12 => self.begin(schema),
             13..=15 => self.end(schema),
@@ -119,44 +119,43 @@ impl Run {
             22 => self.sleep(schema, b),
             23 => {
                 let policy = POLICIES[usize::from(b) % POLICIES.len()];
-                self.transaction(|h, out| drop(h.set_policy(now, group, policy, out)))
+                self.transaction(|transaction| drop(transaction.set_policy(group, policy)))
             }
             24 | 25 => self.reply(a, b),
             26 => {
-                self.transaction(|h, out| h.faulted(now, schema, "a fault".into(), out))?;
+                self.transaction(|transaction| transaction.faulted(schema, "a fault".into()))?;
                 self.end(schema)
             }
             27 => self.operate(schema, b, c),
-            28 => self.transaction(|h, out| h.refused(now, schema, out)),
-            29 => self.transaction(|h, out| h.tick(now, out)),
+            28 => self.transaction(|transaction| transaction.refused(schema)),
+            29 => self.transaction(|transaction| transaction.tick()),
             30 => self.fire(a),
             _ => match b % 12 {
-                0 => self.transaction(|h, out| h.restored(now, other, out)),
-                1 => self.transaction(|h, out| h.overrun(other, out)),
-                2 => self.transaction(|h, out| h.on_time(other, out)),
+                0 => self.transaction(|transaction| transaction.restored(other)),
+                1 => self.transaction(|transaction| transaction.overrun(other)),
+                2 => self.transaction(|transaction| transaction.on_time(other)),
                 3 if c % 8 == 0 => self.shutdown(),
                 4 => self.stop_all(Holder::lasting(1 + u32::from(c % 2))),
                 5 => self.release_all(),
                 6 => {
                     self.shadow.set_debugged(other, c % 2 == 0);
-                    self.transaction(|h, out| h.set_debugged(other, c % 2 == 0, out))
+                    self.transaction(|transaction| transaction.set_debugged(other, c % 2 == 0))
                 }
                 _ => {
                     self.now = self.h.next_timer().map_or(now, |due| due.max(now));
-                    let now = self.now;
-                    self.transaction(|h, out| h.tick(now, out))
+                    self.transaction(|transaction| transaction.tick())
                 }
             },
         }
     }
 
     /// Runs one call on the hierarchy and on a copy, and checks the effects against the rules.
-    fn transaction(&mut self, call: impl Fn(&mut Hierarchy, &mut Vec<Effect>)) -> Result<(), TestCaseError> {
+    fn transaction(&mut self, call: impl Fn(&mut Transaction)) -> Result<(), TestCaseError> {
         let mut twin = self.h.clone();
         let before: Vec<_> = self.group_ids().map(|g| self.h.winner(g)).collect();
         let (mut out, mut twin_out) = (Vec::new(), Vec::new());
-        call(&mut self.h, &mut out);
-        call(&mut twin, &mut twin_out);
+        call(&mut self.h.at(self.now, &mut out));
+        call(&mut twin.at(self.now, &mut twin_out));
         prop_assert_eq!(&out, &twin_out, "R16: the same call had other effects");
         prop_assert_eq!(&self.h, &twin, "R16: the same call led to another state");
         self.check_effects(&out)?;
@@ -209,9 +208,8 @@ impl Run {
     /// R6, computed independently.
     fn perceptive_schemas_are_awake_exactly_when_needed(&self) -> Result<(), TestCaseError> {
         let spec = self.h.spec();
-        for id in ids(spec).filter(|id| spec.schemas[id.index()].kind == Kind::Perceptive) {
-            let needed =
-                ids(spec).any(|by| self.h.is_awake(by) && spec.schemas[by.index()].needs.contains(&id));
+        for id in ids(spec).filter(|id| spec.schemas[*id].kind == Kind::Perceptive) {
+            let needed = ids(spec).any(|by| self.h.is_awake(by) && spec.schemas[by].needs.contains(&id));
             let woken = self.requests.fathers.iter().any(|&(_, child)| child == id);
             let down = !self.requests.stops(id).is_empty() || matches!(self.h.health(id), Health::Faulted(_));
             let played = self.requests.of(id).any(|hold| hold.action == HoldAction::Played);
@@ -232,7 +230,7 @@ impl Run {
     /// R1, R3: the right member wins, unless a handover or an arbitration is pending.
     fn groups_are_settled(&self) -> Result<(), TestCaseError> {
         for id in self.group_ids() {
-            let spec = &self.h.spec().groups[id.index()];
+            let spec = &self.h.spec().groups[id];
             if let Some(handover) = self.h.handover(id) {
                 let armed = self
                     .h
@@ -300,7 +298,7 @@ impl Run {
         out: &[Effect],
     ) -> Result<(), TestCaseError> {
         for (id, before) in self.group_ids().zip(before) {
-            let group = &self.h.spec().groups[id.index()];
+            let group = &self.h.spec().groups[id];
             let live = group.members.iter().any(|&m| self.h.is_awake(m));
             let frozen = group.father.is_some_and(|father| self.is_being_replaced(father));
             let due = before.is_some() && self.h.winner(id).is_none();
@@ -321,7 +319,7 @@ impl Run {
 
     fn begin(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
         let mut out = Vec::new();
-        let accepted = self.h.begin(self.now, id, &mut out);
+        let accepted = self.h.at(self.now, &mut out).begin(id);
         let may = self.h.state(id) == State::Winner && !self.shadow.is_running(id);
         if accepted {
             prop_assert!(may, "begin accepted of {:?}", id);
@@ -335,17 +333,15 @@ impl Run {
     }
 
     fn end(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
-        let now = self.now;
         self.shadow.end_iteration(id);
-        self.transaction(|h, out| h.end(now, id, out))
+        self.transaction(|transaction| transaction.end(id))
     }
 
     /// Its iteration ends because an input has no value.
     fn end_unready(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
-        let now = self.now;
         let ran = self.h.is_running(id);
         self.shadow.end_iteration(id);
-        self.transaction(|h, out| h.end_unready(now, id, out))?;
+        self.transaction(|transaction| transaction.end_unready(id))?;
         let may_be_ready = !ran || self.h.group_of(id).is_none();
         prop_assert!(
             may_be_ready || !self.h.is_ready(id),
@@ -358,7 +354,7 @@ impl Run {
         let (now, child) = (self.now, self.pick_child(by, index));
         let mut out = Vec::new();
         let may = self.h.has_authority(by) && !self.is_being_replaced(by);
-        let result = self.h.wake(now, by, child, &mut out);
+        let result = self.h.at(now, &mut out).wake(by, child);
         match result {
             Ok(()) | Err(Refused::Stopped { .. }) => {
                 prop_assert!(may, "R7: {:?} woke a child without authority", by);
@@ -372,7 +368,7 @@ impl Run {
     fn sleep(&mut self, by: SchemaId, index: u16) -> Result<(), TestCaseError> {
         let (now, child) = (self.now, self.pick_child(by, index));
         let mut out = Vec::new();
-        if self.h.sleep(now, by, child, &mut out).is_ok() {
+        if self.h.at(now, &mut out).sleep(by, child).is_ok() {
             self.requests.fathers.remove(&(by, child));
         }
         self.check_effects(&out)
@@ -383,7 +379,6 @@ impl Run {
             return Ok(());
         }
         let (group, ticket, candidates) = self.tickets[usize::from(index) % self.tickets.len()].clone();
-        let now = self.now;
         let reason = "a reason".to_owned();
         let reply = match what % 6 {
             0 => ArbitrationReply::Failed { reason },
@@ -399,7 +394,7 @@ impl Run {
                 reason,
             },
         };
-        self.transaction(|h, out| h.arbitrated(now, group, ticket, reply.clone(), out))
+        self.transaction(|transaction| transaction.arbitrated(group, ticket, reply.clone()))
     }
 
     fn operate(&mut self, id: SchemaId, what: u16, who: u16) -> Result<(), TestCaseError> {
@@ -411,14 +406,14 @@ impl Run {
         let mut out = Vec::new();
         match what % 8 {
             0 | 1 => {
-                let result = self.h.operator(now, by, Operator::Play(id), &mut out);
+                let result = self.h.at(now, &mut out).operator(by, Operator::Play(id));
                 if self.accepts(&result, by, id)? {
                     self.requests.end(id, |hold| hold.action.stops());
                     self.requests.add(id, by, HoldAction::Played);
                 }
             }
             2 | 3 => {
-                if self.h.operator(now, by, Operator::Stop(id), &mut out).is_ok() {
+                if self.h.at(now, &mut out).operator(by, Operator::Stop(id)).is_ok() {
                     let unloaded = Hold {
                         by,
                         action: HoldAction::Unloaded,
@@ -432,10 +427,10 @@ impl Run {
                 }
             }
             4 => {
-                let result = self.h.operator(now, by, Operator::Force(id), &mut out);
+                let result = self.h.at(now, &mut out).operator(by, Operator::Force(id));
                 if self.accepts(&result, by, id)? {
                     let group = self.h.group_of(id).expect("only motor schemas are forced");
-                    for member in self.h.spec().groups[group.index()].members.clone() {
+                    for member in self.h.spec().groups[group].members.clone() {
                         let action = HoldAction::Forced;
                         self.requests.end(member, |hold| hold == Hold { by, action });
                     }
@@ -443,7 +438,7 @@ impl Run {
                 }
             }
             5 if !what.is_multiple_of(3) => {
-                if self.h.unload(now, by, id, &mut out).is_ok() {
+                if self.h.at(now, &mut out).unload(by, id).is_ok() {
                     let replaced = [HoldAction::Played, HoldAction::Stopped];
                     self.requests
                         .end(id, |hold| hold.by == by && replaced.contains(&hold.action));
@@ -451,17 +446,22 @@ impl Run {
                 }
             }
             5 => {
-                if self.h.load(now, id, &mut out).is_ok() {
+                if self.h.at(now, &mut out).load(id).is_ok() {
                     self.requests.end(id, |hold| hold.action == HoldAction::Unloaded);
                 }
             }
             6 => {
-                if self.h.operator(now, by, Operator::Release(id), &mut out).is_ok() {
+                if self
+                    .h
+                    .at(now, &mut out)
+                    .operator(by, Operator::Release(id))
+                    .is_ok()
+                {
                     self.requests.end(id, |_| true);
                 }
             }
             _ => {
-                if self.h.let_go(now, by, id, &mut out).is_ok() {
+                if self.h.at(now, &mut out).let_go(by, id).is_ok() {
                     self.requests.end(id, |hold| {
                         hold.by.operator == by.operator
                             && (hold.by.leased || !by.leased)
@@ -489,15 +489,15 @@ impl Run {
             .into_iter()
             .chain([id])
             .filter(|user| self.h.is_awake(*user));
-        let perceptive = |need: &SchemaId| spec.schemas[need.index()].kind == Kind::Perceptive;
+        let perceptive = |need: &SchemaId| spec.schemas[*need].kind == Kind::Perceptive;
         let needs = users.flat_map(|user| {
             let woken = self
                 .requests
                 .fathers
                 .iter()
                 .filter(move |(father, _)| *father == user);
-            let needs = spec.schemas[user.index()].needs.iter().copied();
-            let only_commands = &spec.schemas[user.index()].only_commands;
+            let needs = spec.schemas[user].needs.iter().copied();
+            let only_commands = &spec.schemas[user].only_commands;
             let needs = needs.chain(woken.map(|(_, child)| *child));
             needs.filter(|need| !only_commands.contains(need))
         });
@@ -510,7 +510,7 @@ impl Run {
         let roots: Vec<_> = tops.flat_map(|group| group.members.clone()).collect();
         let kept: Vec<_> = roots.iter().map(|root| self.needed_by(*root)).collect();
         let mut out = Vec::new();
-        if self.h.stop_all(self.now, by, &mut out).is_ok() {
+        if self.h.at(self.now, &mut out).stop_all(by).is_ok() {
             for (root, kept) in roots.iter().zip(kept) {
                 self.requests.add(*root, by, HoldAction::StoppedWithAll);
                 self.requests.kept.extend(kept);
@@ -525,7 +525,7 @@ impl Run {
 
     fn release_all(&mut self) -> Result<(), TestCaseError> {
         let mut out = Vec::new();
-        if self.h.release_all(self.now, &mut out).is_ok() {
+        if self.h.at(self.now, &mut out).release_all().is_ok() {
             for id in ids(self.h.spec()) {
                 self.requests
                     .end(id, |hold| hold.action == HoldAction::StoppedWithAll);
@@ -541,15 +541,13 @@ impl Run {
         }
         let (due, timer) = timers[usize::from(index) % timers.len()];
         self.now = self.now.max(due);
-        let now = self.now;
-        self.transaction(|h, out| h.fire(now, timer, out))
+        self.transaction(|transaction| transaction.fire(timer))
     }
 
     fn shutdown(&mut self) -> Result<(), TestCaseError> {
         self.running = false;
         self.shadow.begin_shutdown();
-        let now = self.now;
-        self.transaction(|h, out| h.shutdown(now, out))?;
+        self.transaction(|transaction| transaction.shutdown())?;
         prop_assert!(
             ids(self.h.spec()).all(|id| !self.h.is_awake(id)),
             "a schema is awake after the shutdown"
@@ -575,8 +573,7 @@ impl Run {
         for _ in 0..50 {
             let Some(due) = self.h.next_timer() else { break };
             self.now = self.now.max(due);
-            let now = self.now;
-            self.transaction(|h, out| h.tick(now, out))?;
+            self.transaction(|transaction| transaction.tick())?;
         }
         self.shutdown()
     }
@@ -629,7 +626,7 @@ impl Run {
             .filter(|g| g.father == Some(by))
             .flat_map(|g| g.members.clone())
             .collect();
-        children.extend(ids(spec).filter(|id| spec.schemas[id.index()].kind == Kind::Perceptive));
+        children.extend(ids(spec).filter(|id| spec.schemas[*id].kind == Kind::Perceptive));
         if children.is_empty() || index.is_multiple_of(16) {
             return self.pick_schema(index);
         }

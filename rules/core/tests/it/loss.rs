@@ -17,21 +17,21 @@ fn r15_a_fault_of_the_winner_is_recorded_as_a_switch() {
         (Policy::FATHER, true),
     ] {
         let mut h = family(policy);
-        effects(|out| h.checked(1, A, READY, out));
-        assert!(h.begin(1, A, &mut Vec::new()));
+        effects(|out| h.at(1, out).checked(A, READY));
+        assert!(h.at(1, &mut Vec::new()).begin(A));
         if other {
-            effects(|out| h.checked(1, B, READY, out));
+            effects(|out| h.at(1, out).checked(B, READY));
         }
         let mut out = effects(|out| {
-            h.faulted(2, A, "a fault".into(), out);
-            h.end(2, A, out);
+            h.at(2, out).faulted(A, "a fault".into());
+            h.at(2, out).end(A);
         });
         if let Some(ticket) = h.pending_arbitration(CHILDREN) {
             let reply = ArbitrationReply::Chosen {
                 child: Some(B),
                 reason: "the only other one".into(),
             };
-            out.extend(effects(|out| h.arbitrated(3, CHILDREN, ticket, reply, out)));
+            out.extend(effects(|out| h.at(3, out).arbitrated(CHILDREN, ticket, reply)));
         }
         let records = out.iter().filter_map(|effect| match effect {
             Effect::Decided(record) => Some((record.before, record.choice, record.changed)),
@@ -46,11 +46,11 @@ fn r15_a_fault_of_the_winner_is_recorded_as_a_switch() {
 #[test]
 fn r15_a_chosen_schema_that_faults_before_it_wins_is_recorded() {
     let mut h = family(Policy::PRIORITY);
-    effects(|out| h.checked(1, B, READY, out));
-    assert!(h.begin(1, B, &mut Vec::new()));
-    effects(|out| h.checked(1, A, READY, out));
+    effects(|out| h.at(1, out).checked(B, READY));
+    assert!(h.at(1, &mut Vec::new()).begin(B));
+    effects(|out| h.at(1, out).checked(A, READY));
     assert_eq!(h.handover(CHILDREN).and_then(|handover| handover.to), Some(A));
-    let out = effects(|out| h.faulted(2, A, "a fault".into(), out));
+    let out = effects(|out| h.at(2, out).faulted(A, "a fault".into()));
     let recorded = out.iter().any(|effect| {
         matches!(effect, Effect::Decided(record) if (record.before, record.choice) == (Some(A), Some(B)))
     });
@@ -62,26 +62,29 @@ fn r6_a_switch_caused_by_waking_a_child_puts_unneeded_schemas_to_sleep() {
     let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
     let (child, eye) = (SchemaId(4), SchemaId(5));
     let mut spec = Spec {
-        schemas: ["father", "a", "b", "c", "child"].map(schema).to_vec(),
+        schemas: ["father", "a", "b", "c", "child"].map(schema).to_vec().into(),
         groups: vec![
             GroupSpec::new("roots", None, vec![FATHER]),
             GroupSpec::new("children", Some(FATHER), vec![A, B, C]),
             GroupSpec::new("below", Some(A), vec![child]),
-        ],
+        ]
+        .into(),
     };
-    spec.schemas[4].needs = vec![eye];
+    spec.schemas[child].needs = vec![eye];
     spec.schemas.push(SchemaSpec::new("eye", Kind::Perceptive, 10));
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
-        h.start(0, out);
-        h.checked(0, FATHER, READY, out);
-        h.wake(0, FATHER, A, out).expect("authority");
-        h.checked(0, A, READY, out);
-        h.wake(0, A, child, out).expect("authority");
-        h.operator(0, ANA, Operator::Force(B), out).expect("b is healthy");
+        h.at(0, out).start();
+        h.at(0, out).checked(FATHER, READY);
+        h.at(0, out).wake(FATHER, A).expect("authority");
+        h.at(0, out).checked(A, READY);
+        h.at(0, out).wake(A, child).expect("authority");
+        h.at(0, out)
+            .operator(ANA, Operator::Force(B))
+            .expect("b is healthy");
     });
     assert!(h.is_awake(eye));
-    effects(|out| h.wake(1, FATHER, B, out).expect("authority"));
+    effects(|out| h.at(1, out).wake(FATHER, B).expect("authority"));
     assert_eq!((h.winner(CHILDREN), h.is_awake(child)), (Some(B), false));
     assert!(!h.is_awake(eye), "no schema needs it");
 }
@@ -89,10 +92,10 @@ fn r6_a_switch_caused_by_waking_a_child_puts_unneeded_schemas_to_sleep() {
 #[test]
 fn restarts_are_counted_within_a_time_window() {
     let mut spec = Spec {
-        schemas: vec![SchemaSpec::new("eye", Kind::Perceptive, 10)],
-        groups: Vec::new(),
+        schemas: vec![SchemaSpec::new("eye", Kind::Perceptive, 10)].into(),
+        groups: Vec::new().into(),
     };
-    spec.schemas[0].restart = Restart::OnFault {
+    spec.schemas[SchemaId(0)].restart = Restart::OnFault {
         backoff: 10,
         limit: 2,
         within: 1_000,
@@ -100,14 +103,15 @@ fn restarts_are_counted_within_a_time_window() {
     let eye = SchemaId(0);
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
-        h.start(0, out);
-        h.operator(0, ANA, Operator::Play(eye), out)
+        h.at(0, out).start();
+        h.at(0, out)
+            .operator(ANA, Operator::Play(eye))
             .expect("it is healthy");
     });
     let fault = |h: &mut Hierarchy, now| {
-        effects(|out| h.faulted(now, eye, "again".into(), out));
+        effects(|out| h.at(now, out).faulted(eye, "again".into()));
         let due = h.next_timer();
-        effects(|out| h.tick(due.unwrap_or(now), out));
+        effects(|out| h.at(due.unwrap_or(now), out).tick());
         due
     };
     assert_eq!(h.restarts_left(0, eye), Some(2));
@@ -120,7 +124,8 @@ fn restarts_are_counted_within_a_time_window() {
     assert!(!h.is_awake(eye));
     assert_eq!(h.restarts_left(2_061, eye), Some(0));
     effects(|out| {
-        h.operator(2_062, ANA, Operator::Play(eye), out)
+        h.at(2_062, out)
+            .operator(ANA, Operator::Play(eye))
             .expect("a faulted schema can be played")
     });
     assert_eq!((h.is_awake(eye), h.health(eye)), (true, &Health::Ok));
@@ -131,17 +136,17 @@ fn restarts_are_counted_within_a_time_window() {
 #[test]
 fn r14_roots_that_are_stopped_before_the_start_wake_when_everything_goes_on() {
     let spec = Spec {
-        schemas: vec![SchemaSpec::new("father", Kind::Motor, 10)],
-        groups: vec![GroupSpec::new("roots", None, vec![FATHER])],
+        schemas: vec![SchemaSpec::new("father", Kind::Motor, 10)].into(),
+        groups: vec![GroupSpec::new("roots", None, vec![FATHER])].into(),
     };
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     assert_eq!(
-        effects(|out| h.stop_all(0, ANA, out).expect("it is not over")),
+        effects(|out| h.at(0, out).stop_all(ANA).expect("it is not over")),
         []
     );
     let woken = Effect::Woken(FATHER);
-    assert!(!effects(|out| h.start(0, out)).contains(&woken));
-    let released = effects(|out| drop(h.release_all(1, out).expect("it runs")));
+    assert!(!effects(|out| h.at(0, out).start()).contains(&woken));
+    let released = effects(|out| drop(h.at(1, out).release_all().expect("it runs")));
     assert!(released.contains(&woken));
 }
 
@@ -153,20 +158,20 @@ fn r14_stop_all_is_one_transaction_and_brakes_groups_that_would_hold() {
         ..GroupSpec::new("roots", None, vec![FATHER, B])
     };
     let spec = Spec {
-        schemas: ["father", "a", "b"].map(schema).to_vec(),
-        groups: vec![roots, GroupSpec::new("children", Some(FATHER), vec![A])],
+        schemas: ["father", "a", "b"].map(schema).to_vec().into(),
+        groups: vec![roots, GroupSpec::new("children", Some(FATHER), vec![A])].into(),
     };
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
-        h.start(0, out);
-        h.checked(0, FATHER, READY, out);
-        h.checked(0, B, READY, out);
-        assert!(h.begin(1, FATHER, out));
-        h.wake(1, FATHER, A, out).expect("authority");
-        h.checked(1, A, READY, out);
-        assert!(h.begin(1, A, out));
+        h.at(0, out).start();
+        h.at(0, out).checked(FATHER, READY);
+        h.at(0, out).checked(B, READY);
+        assert!(h.at(1, out).begin(FATHER));
+        h.at(1, out).wake(FATHER, A).expect("authority");
+        h.at(1, out).checked(A, READY);
+        assert!(h.at(1, out).begin(A));
     });
-    let out = effects(|out| h.stop_all(2, ANA, out).expect("it runs"));
+    let out = effects(|out| h.at(2, out).stop_all(ANA).expect("it runs"));
     let [father, a, b] = [FATHER, A, B].map(|id| (h.state(id), h.has_authority(id)));
     assert_eq!(
         [father, a, b],
@@ -184,17 +189,17 @@ fn r14_stop_all_is_one_transaction_and_brakes_groups_that_would_hold() {
     });
     assert_eq!(record, Some((Some(FATHER), None, true)));
     assert_eq!(
-        effects(|out| h.stop_all(3, ANA, out).expect("it runs")).len(),
+        effects(|out| h.at(3, out).stop_all(ANA).expect("it runs")).len(),
         1,
         "only a record"
     );
     // A schema that is released before its iteration has ended begins again after the end.
     let mut released = Vec::new();
-    effects(|out| released = h.release_all(4, out).expect("it runs"));
+    effects(|out| released = h.at(4, out).release_all().expect("it runs"));
     assert_eq!(released, [FATHER, B]);
-    effects(|out| h.checked(4, FATHER, READY, out));
+    effects(|out| h.at(4, out).checked(FATHER, READY));
     assert!(!h.has_authority(FATHER));
-    effects(|out| h.end(5, FATHER, out));
-    effects(|out| h.checked(6, FATHER, READY, out));
+    effects(|out| h.at(5, out).end(FATHER));
+    effects(|out| h.at(6, out).checked(FATHER, READY));
     assert!(h.has_authority(FATHER));
 }

@@ -7,7 +7,8 @@
 use std::hash::{Hash, Hasher};
 
 use jde_core::{
-    Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Restart, SchemaId, SchemaSpec, Spec, State, Timer,
+    Check, Effect, GroupId, GroupSpec, Hierarchy, Id, Kind, Restart, SchemaId, SchemaSpec, Spec, State,
+    Timer, Transaction,
 };
 use jde_shadow::{Shadow, ids};
 use stateright::{Checker, Model, Property};
@@ -147,17 +148,16 @@ impl Model for Threads {
         let spec = spec();
         let shadow = Shadow::new(&spec);
         let h = Hierarchy::new(spec).expect("a valid specification");
-        let threads = [Thread::Between; 4];
         let mut world = World {
             h,
             shadow,
-            threads,
+            threads: [Thread::Between; 4],
             remaining_faults: 1,
             refused: [false; 4],
             remaining_refusals: 1,
             violation: None,
         };
-        world.call(self.executor, |h, out| h.start(0, out));
+        world.call(self.executor, |transaction| transaction.start());
         vec![world]
     }
 
@@ -207,14 +207,14 @@ impl Model for Threads {
                         return true;
                     };
                     let mut later = w.h.clone();
-                    later.fire(0, Timer::Patience(group), &mut Vec::new());
+                    later.at(0, &mut Vec::new()).fire(Timer::Patience(group));
                     later.winner(group) == handover.to
                 })
             }),
             Property::always("a ready stop wins within one patience", |_, w: &World| {
                 let due = w.h.is_ready(STOP) && w.h.has_authority(EXAMPLE) && w.h.handover(ROOTS).is_none();
                 let mut later = w.h.clone();
-                later.fire(0, Timer::Patience(MOTION), &mut Vec::new());
+                later.at(0, &mut Vec::new()).fire(Timer::Patience(MOTION));
                 !due || later.has_authority(STOP)
             }),
             Property::always(REFUSED_LOSES, |_, w: &World| {
@@ -222,7 +222,7 @@ impl Model for Threads {
                     let group = w.h.group_of(id).expect("a motor schema");
                     let mut later = w.h.clone();
                     for group in [ROOTS, MOTION] {
-                        later.fire(0, Timer::Patience(group), &mut Vec::new());
+                        later.at(0, &mut Vec::new()).fire(Timer::Patience(group));
                     }
                     later.winner(group) != Some(id)
                 })
@@ -261,7 +261,7 @@ impl World {
                     urgency: 0.0,
                     cause: 0,
                 };
-                self.call(executor, |h, out| h.checked(0, id, check, out));
+                self.call(executor, |transaction| transaction.checked(id, check));
             }
             Step::Begin(id) => self.begin(executor, id),
             Step::Command(id) => {
@@ -276,13 +276,13 @@ impl World {
                 self.remaining_refusals -= 1;
                 self.refused[id.index()] = self.h.has_authority(id);
                 if executor != Executor::HidesRefusals {
-                    self.call(executor, |h, out| h.refused(0, id, out));
+                    self.call(executor, |transaction| transaction.refused(id));
                 }
             }
             Step::Wake(child) => {
                 let has_authority = self.h.has_authority(EXAMPLE);
-                self.call(executor, |h, out| {
-                    let woken = h.wake(0, EXAMPLE, child, out).is_ok();
+                self.call(executor, |transaction| {
+                    let woken = transaction.wake(EXAMPLE, child).is_ok();
                     assert!(has_authority || !woken, "R7: woken without authority");
                 });
             }
@@ -290,27 +290,27 @@ impl World {
                 self.threads[id.index()] = Thread::Between;
                 self.shadow.end_iteration(id);
                 if step == Step::End(id) {
-                    return self.call(executor, |h, out| h.end(0, id, out));
+                    return self.call(executor, |transaction| transaction.end(id));
                 }
-                self.call(executor, |h, out| h.end_unready(0, id, out));
+                self.call(executor, |transaction| transaction.end_unready(id));
                 if self.h.is_ready(id) {
                     self.violation = Some(format!("R19: {id:?} is READY without a value"));
                 }
             }
             Step::Fault(id) => {
                 self.remaining_faults -= 1;
-                self.call(executor, |h, out| h.faulted(0, id, "a fault".into(), out));
+                self.call(executor, |transaction| transaction.faulted(id, "a fault".into()));
             }
             Step::Fire(timer) => {
                 if let Timer::Retry(id) = timer {
                     self.refused[id.index()] = false;
                 }
-                self.call(executor, |h, out| h.fire(0, timer, out));
+                self.call(executor, |transaction| transaction.fire(timer));
             }
         }
         if executor == Executor::IgnoresPatience && within_patience {
             for group in [ROOTS, MOTION] {
-                self.call(executor, |h, out| h.fire(0, Timer::Patience(group), out));
+                self.call(executor, |transaction| transaction.fire(Timer::Patience(group)));
             }
         }
         if within_patience && self.abandoned() > abandoned {
@@ -327,7 +327,7 @@ impl World {
         let began = if executor == Executor::IgnoresPermission {
             self.h.state(id) == State::Winner
         } else {
-            self.h.begin(0, id, &mut Vec::new())
+            self.h.at(0, &mut Vec::new()).begin(id)
         };
         if began {
             self.threads[id.index()] = Thread::Iterating { commanded: false };
@@ -340,9 +340,9 @@ impl World {
         }
     }
 
-    fn call(&mut self, executor: Executor, call: impl FnOnce(&mut Hierarchy, &mut Vec<Effect>)) {
+    fn call(&mut self, executor: Executor, call: impl FnOnce(&mut Transaction)) {
         let mut out = Vec::new();
-        call(&mut self.h, &mut out);
+        call(&mut self.h.at(0, &mut out));
         if executor == Executor::ReversesEffects {
             out.reverse();
         }
@@ -443,10 +443,11 @@ fn spec() -> Spec {
         ..SchemaSpec::new(name, Kind::Motor, 1)
     };
     Spec {
-        schemas: ["teleop", "example", "stop", "goon"].map(schema).to_vec(),
+        schemas: ["teleop", "example", "stop", "goon"].map(schema).to_vec().into(),
         groups: vec![
             GroupSpec::new("roots", None, vec![TELEOP, EXAMPLE]),
             GroupSpec::new("motion", Some(EXAMPLE), vec![STOP, GOON]),
-        ],
+        ]
+        .into(),
     }
 }

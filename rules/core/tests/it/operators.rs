@@ -70,13 +70,13 @@ impl Model for Operators {
     fn init_states(&self) -> Vec<World> {
         let schema = |name| SchemaSpec::new(name, Kind::Motor, 1);
         let mut spec = Spec {
-            schemas: ["ahead", "other"].map(schema).to_vec(),
-            groups: vec![GroupSpec::new("roots", None, vec![AHEAD, OTHER])],
+            schemas: ["ahead", "other"].map(schema).to_vec().into(),
+            groups: vec![GroupSpec::new("roots", None, vec![AHEAD, OTHER])].into(),
         };
         spec.schemas.push(SchemaSpec::new("eye", Kind::Perceptive, 1));
-        spec.schemas[0].needs = vec![EYE];
+        spec.schemas[AHEAD].needs = vec![EYE];
         let mut h = Hierarchy::new(spec).expect("a valid specification");
-        h.start(0, &mut Vec::new());
+        h.at(0, &mut Vec::new()).start();
         check_all(&mut h);
         vec![World { twin: h.clone(), h }]
     }
@@ -113,13 +113,13 @@ impl Model for Operators {
             let mut out = Vec::new();
             match step {
                 // A refusal changes nothing.
-                Step::Act(by, action) => drop(h.operator(0, by, action, &mut out)),
+                Step::Act(by, action) => drop(h.at(0, &mut out).operator(by, action)),
                 Step::EndLease(by, id) if self.lease_ends_all => {
-                    drop(h.operator(0, by, Operator::Release(id), &mut out));
+                    drop(h.at(0, &mut out).operator(by, Operator::Release(id)));
                 }
-                Step::EndLease(by, id) => drop(h.let_go(0, by, id, &mut out)),
-                Step::StopAll => drop(h.stop_all(0, HOLDERS[0], &mut out)),
-                Step::ReleaseAll => drop(h.release_all(0, &mut out)),
+                Step::EndLease(by, id) => drop(h.at(0, &mut out).let_go(by, id)),
+                Step::StopAll => drop(h.at(0, &mut out).stop_all(HOLDERS[0])),
+                Step::ReleaseAll => drop(h.at(0, &mut out).release_all()),
             }
             check_all(h);
         }
@@ -174,7 +174,7 @@ fn check_all(h: &mut Hierarchy) {
         cause: 0,
     };
     for id in [AHEAD, OTHER] {
-        h.checked(0, id, check, &mut Vec::new());
+        h.at(0, &mut Vec::new()).checked(id, check);
     }
 }
 

@@ -23,41 +23,39 @@ impl Level {
     fn with_policy(policy: Policy) -> Self {
         let schemas = ["a", "b", "c"]
             .map(|name| SchemaSpec::new(name, Kind::Motor, 10))
-            .to_vec();
+            .to_vec()
+            .into();
         let groups = vec![GroupSpec {
             policy,
             ..GroupSpec::new("level", None, vec![A, B, C])
-        }];
+        }]
+        .into();
         let mut h = Hierarchy::new(Spec { schemas, groups }).expect("a valid specification");
         let mut out = Vec::new();
-        h.start(0, &mut out);
+        h.at(0, &mut out).start();
         Self { h, out }
     }
 
     fn check_ready(&mut self, now: Nanos, id: SchemaId, urgency: f64) -> Option<SchemaId> {
-        self.h.checked(
-            now,
+        self.h.at(now, &mut self.out).checked(
             id,
             Check {
                 ready: true,
                 urgency,
                 cause: now,
             },
-            &mut self.out,
         );
         self.h.winner(GROUP)
     }
 
     fn check_unready(&mut self, now: Nanos, id: SchemaId) -> Option<SchemaId> {
-        self.h.checked(
-            now,
+        self.h.at(now, &mut self.out).checked(
             id,
             Check {
                 ready: false,
                 urgency: 0.0,
                 cause: now,
             },
-            &mut self.out,
         );
         self.h.winner(GROUP)
     }
@@ -65,13 +63,13 @@ impl Level {
     /// Iterates the winner, which then competes again.
     fn iterate_winner(&mut self, now: Nanos) -> Option<SchemaId> {
         let winner = self.h.winner(GROUP).expect("the level has a winner");
-        assert!(self.h.begin(now, winner, &mut self.out));
-        self.h.end(now, winner, &mut self.out);
+        assert!(self.h.at(now, &mut self.out).begin(winner));
+        self.h.at(now, &mut self.out).end(winner);
         self.h.winner(GROUP)
     }
 
     fn tick(&mut self, now: Nanos) -> Option<SchemaId> {
-        self.h.tick(now, &mut self.out);
+        self.h.at(now, &mut self.out).tick();
         self.h.winner(GROUP)
     }
 

@@ -12,6 +12,8 @@ const LASER: SchemaId = SchemaId(0);
 const EXAMPLE: SchemaId = SchemaId(1);
 const STOP: SchemaId = SchemaId(2);
 const GOON: SchemaId = SchemaId(3);
+const ROOTS: GroupId = GroupId(0);
+const MOTION: GroupId = GroupId(1);
 
 fn valid() -> Spec {
     let motor = |name| SchemaSpec {
@@ -24,11 +26,13 @@ fn valid() -> Spec {
             motor("example"),
             motor("stop"),
             motor("goon"),
-        ],
+        ]
+        .into(),
         groups: vec![
             GroupSpec::new("roots", None, vec![EXAMPLE]),
             GroupSpec::new("motion", Some(EXAMPLE), vec![STOP, GOON]),
-        ],
+        ]
+        .into(),
     }
 }
 
@@ -52,15 +56,15 @@ fn r3_a_schema_in_two_groups_or_twice_in_one_is_refused() {
         first: "roots".into(),
         second: "motion".into(),
     };
-    assert_eq!(faults(|s| s.groups[0].members.push(STOP)), [expected]);
-    let twice = faults(|s| s.groups[1].members.push(GOON));
+    assert_eq!(faults(|s| s.groups[ROOTS].members.push(STOP)), [expected]);
+    let twice = faults(|s| s.groups[MOTION].members.push(GOON));
     assert!(matches!(twice.as_slice(), [SpecError::TwoFathers { .. }]));
 }
 
 #[test]
 fn a_motor_schema_without_a_group_is_refused() {
     assert_eq!(
-        faults(|s| s.groups[1].members.truncate(1)),
+        faults(|s| s.groups[MOTION].members.truncate(1)),
         [SpecError::NoGroup {
             schema: "goon".into()
         }]
@@ -73,12 +77,12 @@ fn only_motor_schemas_compete_and_have_children() {
         schema: "laser".into(),
         group: "motion".into(),
     };
-    assert_eq!(faults(|s| s.groups[1].members.push(LASER)), [expected]);
+    assert_eq!(faults(|s| s.groups[MOTION].members.push(LASER)), [expected]);
     let expected = SpecError::PerceptiveFather {
         schema: "laser".into(),
         group: "motion".into(),
     };
-    assert_eq!(faults(|s| s.groups[1].father = Some(LASER)), [expected]);
+    assert_eq!(faults(|s| s.groups[MOTION].father = Some(LASER)), [expected]);
 }
 
 #[test]
@@ -87,15 +91,15 @@ fn r6_only_perceptive_schemas_can_be_needed() {
         schema: "laser".into(),
         needs: "goon".into(),
     };
-    assert_eq!(faults(|s| s.schemas[0].needs.push(GOON)), [expected]);
+    assert_eq!(faults(|s| s.schemas[LASER].needs.push(GOON)), [expected]);
 }
 
 #[test]
 fn cycles_of_fathers_and_of_needs_are_reported() {
-    let of_fathers = faults(|s| s.groups[0].father = Some(GOON));
+    let of_fathers = faults(|s| s.groups[ROOTS].father = Some(GOON));
     let path = ["example", "goon", "example"].map(String::from).to_vec();
     assert_eq!(of_fathers, [SpecError::FatherCycle { path }]);
-    let of_needs = faults(|s| s.schemas[0].needs.push(LASER));
+    let of_needs = faults(|s| s.schemas[LASER].needs.push(LASER));
     let path = ["laser", "laser"].map(String::from).to_vec();
     assert_eq!(of_needs, [SpecError::NeedCycle { path }]);
 }
@@ -106,9 +110,9 @@ fn needs_that_join_again_without_a_cycle_are_valid() {
         for name in ["walls", "doors", "map"] {
             s.schemas.push(SchemaSpec::new(name, Kind::Perceptive, MS));
         }
-        s.schemas[4].needs = vec![LASER];
-        s.schemas[5].needs = vec![LASER];
-        s.schemas[6].needs = vec![SchemaId(4), SchemaId(5)];
+        s.schemas[SchemaId(4)].needs = vec![LASER];
+        s.schemas[SchemaId(5)].needs = vec![LASER];
+        s.schemas[SchemaId(6)].needs = vec![SchemaId(4), SchemaId(5)];
     });
     assert_eq!(diamond, []);
 }
@@ -116,7 +120,7 @@ fn needs_that_join_again_without_a_cycle_are_valid() {
 #[test]
 fn invalid_policies_are_refused() {
     let motion = || "motion".to_owned();
-    let with = |policy| faults(|s| s.groups[1].policy = policy);
+    let with = |policy| faults(|s| s.groups[MOTION].policy = policy);
     assert_eq!(
         with(Policy::round_robin(Duration::ZERO)),
         [SpecError::BadParameter {
@@ -136,14 +140,14 @@ fn invalid_policies_are_refused() {
         );
     }
     assert_eq!(with(Policy::FATHER), []);
-    let roots = faults(|s| s.groups[0].policy = Policy::FATHER);
+    let roots = faults(|s| s.groups[ROOTS].policy = Policy::FATHER);
     assert_eq!(
         roots,
         [SpecError::NoArbitrator {
             group: "roots".into()
         }]
     );
-    let not_a_member = faults(|s| s.groups[1].absence = Absence::Fallback(EXAMPLE));
+    let not_a_member = faults(|s| s.groups[MOTION].absence = Absence::Fallback(EXAMPLE));
     assert_eq!(
         not_a_member,
         [SpecError::FallbackNotMember {
@@ -156,7 +160,7 @@ fn invalid_policies_are_refused() {
 #[test]
 fn an_invalid_policy_is_refused_at_run_time() {
     let mut h = Hierarchy::new(valid()).expect("valid");
-    let refused = h.set_policy(0, GroupId(0), Policy::FATHER, &mut Vec::new());
+    let refused = h.at(0, &mut Vec::new()).set_policy(ROOTS, Policy::FATHER);
     assert_eq!(
         refused,
         Err(SpecError::NoArbitrator {
@@ -169,10 +173,10 @@ fn an_invalid_policy_is_refused_at_run_time() {
 #[test]
 fn all_faults_are_reported_at_once_with_a_remedy() {
     let all = faults(|s| {
-        s.schemas[3].name = "stop".into();
-        s.schemas[2].period = 0;
-        s.schemas[2].needs.push(SchemaId(9));
-        s.groups[1].members.push(SchemaId(8));
+        s.schemas[SchemaId(3)].name = "stop".into();
+        s.schemas[SchemaId(2)].period = 0;
+        s.schemas[SchemaId(2)].needs.push(SchemaId(9));
+        s.groups[MOTION].members.push(SchemaId(8));
         s.groups.push(GroupSpec::new("empty", None, vec![]));
     });
     let messages: Vec<String> = all.iter().map(ToString::to_string).collect();
@@ -194,15 +198,15 @@ fn motion_contract(spec: &Spec) -> GroupContract {
 #[test]
 fn r17_the_slowest_check_and_the_slowest_first_action_may_be_of_two_schemas() {
     let mut spec = valid();
-    spec.schemas[STOP.index()].period = 200 * MS;
-    spec.schemas[STOP.index()].budget = 10 * MS;
-    spec.schemas[GOON.index()].budget = 20 * MS;
+    spec.schemas[STOP].period = 200 * MS;
+    spec.schemas[STOP].budget = 10 * MS;
+    spec.schemas[GOON].budget = 20 * MS;
     let motion = motion_contract(&spec);
     assert_eq!((motion.by_check.slowest, motion.total()), (GOON, 235 * MS));
     assert_eq!(
         motion.to_string(),
         "motion: goon takes over within 235 ms = period of stop 200 ms + check by stop 10 ms + patience with the loser 5 ms \
-         + look of goon before it acts 20 ms"
+         + check of goon before it acts 20 ms"
     );
 }
 
@@ -210,24 +214,24 @@ fn r17_the_slowest_check_and_the_slowest_first_action_may_be_of_two_schemas() {
 fn r17_the_contract_of_a_triggered_schema_includes_a_turn_under_way() {
     let mut spec = valid();
     for id in [STOP, GOON] {
-        spec.schemas[id.index()].budget = 20 * MS;
-        spec.schemas[id.index()].triggered = true;
+        spec.schemas[id].budget = 20 * MS;
+        spec.schemas[id].triggered = true;
     }
-    spec.schemas[GOON.index()].panel = true;
+    spec.schemas[GOON].panel = true;
     assert_eq!(
         motion_contract(&spec).to_string(),
         "motion: goon takes over within 145 ms = turn of goon that is under way 20 ms \
          + drawing of the panel of goon and a gesture on it 40 ms + check by goon 20 ms + patience with the loser 5 ms \
          + drawing of the panel of goon and a gesture on it 40 ms \
-         + look of goon before it acts 20 ms"
+         + check of goon before it acts 20 ms"
     );
 }
 
 #[test]
 fn r17_the_contract_includes_a_second_arbitration_and_its_delay_of_the_father() {
     let mut spec = valid();
-    spec.groups[1].policy = Policy::FATHER;
-    spec.groups[1].budget = 7 * MS;
+    spec.groups[MOTION].policy = Policy::FATHER;
+    spec.groups[MOTION].budget = 7 * MS;
     assert_eq!(
         motion_contract(&spec).to_string(),
         "motion: stop takes over within 94 ms = period of stop 75 ms + arbitration that is under way 7 ms \
@@ -246,10 +250,10 @@ fn r17_the_contract_includes_a_second_arbitration_and_its_delay_of_the_father() 
 #[test]
 fn r17_urgency_alone_waits_for_the_winners_iteration() {
     let mut spec = valid();
-    spec.groups[1].policy = Policy::URGENCY;
-    spec.schemas[GOON.index()].period = 300 * MS;
-    spec.schemas[GOON.index()].triggered = true;
-    spec.schemas[GOON.index()].budget = 10 * MS;
+    spec.groups[MOTION].policy = Policy::URGENCY;
+    spec.schemas[GOON].period = 300 * MS;
+    spec.schemas[GOON].triggered = true;
+    spec.schemas[GOON].budget = 10 * MS;
     let motion = motion_contract(&spec);
     assert_eq!(
         motion.allowed(),
@@ -258,7 +262,7 @@ fn r17_urgency_alone_waits_for_the_winners_iteration() {
     );
     let by_winner = motion.by_winner.expect("urgency counts");
     assert_eq!(by_winner.total(), (75 + 300 + 10 + 5 + 10) * MS);
-    spec.groups[1].members.truncate(1);
+    spec.groups[MOTION].members.truncate(1);
     assert_eq!(motion_contract(&spec).by_winner, None, "no other schema can win");
 }
 
@@ -266,21 +270,21 @@ fn r17_urgency_alone_waits_for_the_winners_iteration() {
 fn r17_the_contract_includes_dwell_times_and_turns() {
     let mut spec = valid();
     let sticky = |dwell| Policy::sticky(Duration::from_nanos(dwell), 0.0);
-    spec.groups[1].policy = sticky(50 * MS);
+    spec.groups[MOTION].policy = sticky(50 * MS);
     let motion = motion_contract(&spec);
     assert_eq!(motion.by_check.total(), (75 + 50 + 5) * MS);
     let by_winner = |motion: &GroupContract| motion.by_winner.as_ref().map(TakeoverBound::total);
     assert_eq!(by_winner(&motion), Some((75 + 75 + 5) * MS));
     assert_eq!(motion.allowed(), (75 + 5) * MS);
-    spec.groups[1].policy = sticky(500 * MS);
+    spec.groups[MOTION].policy = sticky(500 * MS);
     let motion = motion_contract(&spec);
     assert_eq!(
         by_winner(&motion),
         Some((75 + 500 + 5) * MS),
         "the longer of the two"
     );
-    spec.groups[1].members.push(EXAMPLE);
-    spec.groups[1].policy = Policy::round_robin(Duration::from_millis(100));
+    spec.groups[MOTION].members.push(EXAMPLE);
+    spec.groups[MOTION].policy = Policy::round_robin(Duration::from_millis(100));
     let motion = motion_contract(&spec);
     assert_eq!(
         (motion.total(), motion.by_winner),
@@ -292,12 +296,12 @@ fn r17_the_contract_includes_dwell_times_and_turns() {
 fn r17_a_schema_that_takes_a_whole_period_misses_the_next_deadline() {
     let mut spec = valid();
     for id in [STOP, GOON] {
-        spec.schemas[id.index()].budget = 75 * MS;
+        spec.schemas[id].budget = 75 * MS;
     }
     assert_eq!(
         motion_contract(&spec).to_string(),
         "motion: stop takes over within 305 ms = 2 periods of stop 150 ms + check by stop 75 ms + patience with the loser 5 ms \
-         + look of stop before it acts 75 ms"
+         + check of stop before it acts 75 ms"
     );
 }
 
@@ -309,9 +313,9 @@ fn r17_the_running_hierarchy_allows_what_the_contract_states() {
         Policy::FATHER,
         Policy::round_robin(Duration::from_millis(1)),
     ] {
-        spec.groups[1].policy = policy;
-        spec.schemas[STOP.index()].budget += MS;
-        spec.schemas[GOON.index()].panel ^= true;
+        spec.groups[MOTION].policy = policy;
+        spec.schemas[STOP].budget += MS;
+        spec.schemas[GOON].panel ^= true;
         let all = contract(&spec);
         let hierarchy = Hierarchy::new(spec.clone()).expect("valid");
         for group in all {
@@ -323,6 +327,6 @@ fn r17_the_running_hierarchy_allows_what_the_contract_states() {
 #[test]
 fn r17_the_sum_of_a_contract_does_not_overflow() {
     let mut spec = valid();
-    spec.schemas[STOP.index()].period = u64::MAX;
+    spec.schemas[STOP].period = u64::MAX;
     assert_eq!(motion_contract(&spec).total(), u64::MAX);
 }

@@ -6,6 +6,7 @@ use super::address::{Address, AddressError, PROTOCOLS};
 use super::authentication;
 use super::{Access, Link};
 use crate::drafts::refuse_bad_name;
+use crate::time;
 use jde_document::section::{Section, Text};
 use jde_document::{FaultReport, quote};
 
@@ -51,7 +52,7 @@ pub(crate) fn read(report: &mut FaultReport, top: &Section, application: &str, f
     link.access = access(report, &section);
     link.login = authentication::login(report, &section, folder);
     link.tls = authentication::tls(report, &section, folder);
-    link.stale_ns = section.time(report, "stale").unwrap_or(link.stale_ns);
+    link.stale_ns = time::of(report, &section, "stale").unwrap_or(link.stale_ns);
     link.insecure = section.flag(report, "insecure").unwrap_or_default();
     link.off = section.flag(report, "off").unwrap_or_default();
     authentication::refuse_without_certificate(report, &link, &section, &listen);

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Guard, Kind, Limits, ListKind, Plugin, Port, PortList, Role, RosNotation,
-    Scalar, Schema, Type, Validity,
+    Attributes, Child, Field, FieldKind, Form, Guard, Kind, Limits, ListKind, Plugin, Port, PortList, Role,
+    RosNotation, Scalar, Schema, Type, Validity,
 };
-
+use jde_abi::raw;
 use jde_app::{Application, Catalogue, Faults, Override, Unusable, parse};
 
 /// An export whose values are valid for some of its schema's periods.
@@ -120,13 +120,7 @@ impl Catalogue for DescribedPlugins {
 }
 
 fn plugins() -> Vec<Plugin> {
-    let laser = || {
-        port(
-            "laser",
-            "sensor_msgs/msg/LaserScan",
-            Role::Import { trigger: true },
-        )
-    };
+    let laser = || trigger("laser", "sensor_msgs/msg/LaserScan");
     let base = || port("base", "geometry_msgs/msg/Twist", Role::Actuator);
     let cruise = |name: &str, of: &str| port(name, of, Role::ChildModulation { child: 2 });
     vec![
@@ -185,7 +179,7 @@ fn plugins() -> Vec<Plugin> {
                         laser(),
                         Port {
                             unit: "rad".to_owned(),
-                            ..port("heading", "std_msgs/msg/Float64", Role::Import { trigger: false })
+                            ..port("heading", "std_msgs/msg/Float64", Role::Import)
                         },
                         port("mission", "jde_msgs/msg/Mission", EXPORT),
                         optional(base()),
@@ -213,7 +207,6 @@ fn robot() -> Schema {
     let velocity = Role::Command {
         neutral: vec![0; 16],
         validity_ns: 500_000_000,
-        trigger: false,
     };
     let ports = vec![
         port("laser", "sensor_msgs/msg/LaserScan", EXPORT),
@@ -278,7 +271,7 @@ fn topics() -> Schema {
         ("repeat", ListKind::Imports),
         ("call", ListKind::Commands { validity_ns: 7 }),
     ];
-    let role = Role::Import { trigger: false };
+    let role = Role::Import;
     let laser = optional(port("laser", "sensor_msgs/msg/LaserScan", role));
     let connection = port("connection", "std_msgs/msg/Bool", EXPORT);
     Schema {
@@ -305,6 +298,7 @@ fn boss() -> Schema {
     let write = |name: &str, of: &str| port(name, of, Role::ChildModulation { child: 0 });
     let ports = vec![
         write("speed", "geometry_msgs/msg/Pose2D"),
+        write("pace", "geometry_msgs/msg/Pose2D"),
         write("period", "std_msgs/msg/UInt8"),
     ];
     Schema {
@@ -316,11 +310,12 @@ fn boss() -> Schema {
 fn goon() -> Schema {
     let speed = Port {
         unit: "m/s".to_owned(),
+        former_name: Some("pace".to_owned()),
         ..modulation("speed", "std_msgs/msg/Float64", (Some(0.0), Some(1.2)))
     };
     let near = Port {
         unit: "rad".to_owned(),
-        ..port("near", "std_msgs/msg/Float64", Role::Import { trigger: true })
+        ..trigger("near", "std_msgs/msg/Float64")
     };
     let base = port("base", "geometry_msgs/msg/Twist", Role::Actuator);
     schema(
@@ -333,17 +328,13 @@ fn goon() -> Schema {
 fn look() -> Schema {
     let bearing = Port {
         unit: "rad".to_owned(),
-        ..port("bearing", "std_msgs/msg/Float64", Role::Import { trigger: true })
+        ..trigger("bearing", "std_msgs/msg/Float64")
     };
     let tilt = Port {
         unit: "rad".to_owned(),
         ..modulation("tilt", "std_msgs/msg/Float64", (None, None))
     };
-    let laser = port(
-        "laser",
-        "sensor_msgs/msg/LaserScan",
-        Role::Import { trigger: true },
-    );
+    let laser = trigger("laser", "sensor_msgs/msg/LaserScan");
     schema(
         "look",
         Kind::Perceptive,
@@ -381,6 +372,8 @@ fn schema(name: &str, kind: Kind, ports: Vec<Port>) -> Schema {
         children: Vec::new(),
         arbitrates: false,
         panel: false,
+        touch: false,
+        memory: false,
         inspects: false,
         guard: None,
         lists: Vec::new(),
@@ -405,7 +398,8 @@ fn port(name: &str, ty: &str, role: Role) -> Port {
         unit: String::new(),
         value_type: Arc::new(value_type(ty)),
         role,
-        optional: false,
+        attributes: Attributes::default(),
+        former_name: None,
     }
 }
 
@@ -421,15 +415,22 @@ fn modulation(name: &str, ty: &str, (least, greatest): (Option<f64>, Option<f64>
                 greatest,
                 ..Limits::default()
             },
-            fixed: false,
         },
     )
 }
 
 fn optional(port: Port) -> Port {
+    let flags = port.attributes.flags() | raw::OPTIONAL;
     Port {
-        optional: true,
+        attributes: Attributes::of(port.role.kind(), flags),
         ..port
+    }
+}
+
+fn trigger(name: &str, ty: &str) -> Port {
+    Port {
+        attributes: Attributes::of(raw::IMPORT, raw::TRIGGER),
+        ..port(name, ty, Role::Import)
     }
 }
 

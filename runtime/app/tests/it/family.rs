@@ -103,7 +103,7 @@ fn a_motor_schema_without_a_father_that_is_no_root_is_refused() {
             r#"{ brake = "stop", cruise = "goon", lookout = "look" }"#,
         )],
         r#"
-apps/good.toml:28:10: no father wakes the motor schema `vff`, and it is no root
+apps/good.toml:28:10: no father wakes the motor schema `vff`, and it is not a root
     help: name it in `roots`, or in the `children` of a father
 "#,
     );

@@ -54,7 +54,7 @@ fn bytes_that_are_not_utf8_are_refused_with_their_position() {
     assert_eq!(
         refused(&file).to_string(),
         format!(
-            "{}:2:10: this byte is not UTF-8, which application files must be\n    help: save the file as UTF-8",
+            "{}:2:10: this byte is not UTF-8, which an application file must be\n    help: save the file as UTF-8",
             file.display()
         )
     );
@@ -78,7 +78,7 @@ fn a_file_that_is_too_large_is_refused_with_one_fault() {
     assert_eq!(
         refused(&file).to_string(),
         format!(
-            "{}: it has more than 2 MiB, so this is no application file\n    help: give the path of an application file",
+            "{}: it has more than 4 MiB, so this is not an application file\n    help: give the path of an application file",
             file.display()
         )
     );

@@ -4,29 +4,30 @@
 
 use std::time::Duration;
 
-use jde_app::{Application, Binding, ChildTarget, Executor, ImportSource};
-use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
+use jde_app::{Application, Binding, ChildTarget, Executor, ImportSource, InstancePort, RoleId};
+use jde_core::{Absence, GroupId, Kind, Policy, Restart, SchemaId};
 
 use crate::catalogue::{self, application, application_with, check, read};
 
-fn at(application: &Application, name: &str) -> usize {
+const ROOTS: GroupId = GroupId(0);
+const BASE: GroupId = GroupId(1);
+
+fn at(application: &Application, name: &str) -> SchemaId {
     application
         .instance(name)
         .unwrap_or_else(|| panic!("no instance `{name}`"))
 }
 
-fn port(application: &Application, instance: &str, name: &str) -> (usize, usize) {
-    let index = at(application, instance);
-    let ports = &application.instances[index].schema.ports;
-    (
-        index,
-        ports.iter().position(|port| port.name == name).expect(name),
-    )
+fn port(application: &Application, instance: &str, name: &str) -> InstancePort {
+    let instance = at(application, instance);
+    let ports = &application.instances[instance].schema.ports;
+    let port = ports.iter().position(|port| port.name == name).expect(name);
+    InstancePort { instance, port }
 }
 
 fn binding<'a>(application: &'a Application, instance: &str, name: &str) -> &'a Binding {
-    let (index, port) = port(application, instance, name);
-    &application.instances[index].bindings[port]
+    let found = port(application, instance, name);
+    &application.instances[found.instance].bindings[found.port]
 }
 
 fn initial<'a>(application: &'a Application, instance: &str, name: &str) -> &'a [u8] {
@@ -93,9 +94,9 @@ fn r4_the_order_of_the_children_is_that_of_the_file() {
     let application = application(&[]);
     let example = &application.instances[at(&application, "example")];
     let children = ["stop", "vff", "goon", "look"].map(|name| at(&application, name));
-    assert_eq!(example.child_order, [0, 1, 2, 4]);
+    assert_eq!(example.child_order, [0, 1, 2, 4].map(RoleId));
     assert_eq!(
-        example.children,
+        *example.children,
         [
             Some(children[0]),
             Some(children[1]),
@@ -105,12 +106,13 @@ fn r4_the_order_of_the_children_is_that_of_the_file() {
         ]
     );
     assert_eq!(application.groups.len(), 2);
-    assert_eq!(application.groups[1].name, "example/base");
-    assert_eq!(application.groups[1].members, children[..3]);
-    assert_eq!(example.child_groups, [Some(1), Some(1), Some(1), None, None]);
+    assert_eq!(application.groups[BASE].name, "example/base");
+    assert_eq!(application.groups[BASE].members, children[..3]);
+    let base = Some(BASE);
+    assert_eq!(*example.child_groups, [base, base, base, None, None]);
 
     let reordered = application_with_order("cruise = \"goon\", brake = \"stop\", avoid = \"vff\"");
-    let members: Vec<_> = reordered.groups[1]
+    let members: Vec<_> = reordered.groups[BASE]
         .members
         .iter()
         .map(|member| reordered.instances[*member].name.as_str())
@@ -119,8 +121,7 @@ fn r4_the_order_of_the_children_is_that_of_the_file() {
 }
 
 fn source(application: &Application, instance: &str, name: &str) -> ImportSource {
-    let (instance, port) = port(application, instance, name);
-    ImportSource::Local(instance, port)
+    ImportSource::Local(port(application, instance, name))
 }
 
 fn application_with_order(order: &str) -> Application {
@@ -130,13 +131,16 @@ fn application_with_order(order: &str) -> Application {
 #[test]
 fn r13_the_roots_are_the_first_group() {
     let application = application(&[]);
-    let roots = &application.groups[0];
+    let roots = &application.groups[ROOTS];
     assert_eq!((roots.name.as_str(), roots.father), ("roots", None));
     assert_eq!(
         roots.members,
         [at(&application, "teleop"), at(&application, "example")]
     );
-    assert_eq!(application.instances[at(&application, "example")].group, Some(0));
+    assert_eq!(
+        application.instances[at(&application, "example")].group,
+        Some(ROOTS)
+    );
     assert_eq!(
         application.instances[at(&application, "stop")].father,
         Some(at(&application, "example"))
@@ -260,17 +264,17 @@ fn r12_triggers_default_to_those_of_the_type_and_an_empty_list_has_none() {
 #[test]
 fn the_modulations_of_a_father_are_bound_to_the_child_in_the_role() {
     let application = application(&[]);
-    let (goon, speed) = port(&application, "goon", "speed");
+    let speed = port(&application, "goon", "speed");
     assert_eq!(
         *binding(&application, "example", "speed"),
         Binding::ChildModulation {
-            target: Some(ChildTarget::Port(goon, speed))
+            target: Some(ChildTarget::Port(speed))
         }
     );
     assert_eq!(
         *binding(&application, "example", "period"),
         Binding::ChildModulation {
-            target: Some(ChildTarget::Period(goon))
+            target: Some(ChildTarget::Period(speed.instance))
         }
     );
 }
@@ -296,12 +300,12 @@ fn the_modulations_of_an_unbound_role_are_unbound() {
 fn r9_groups_state_what_happens_without_a_winner() {
     let group = |settings: &str| {
         let application = application(&[("{ policy = \"sticky\", dwell = \"500ms\" }", settings)]);
-        let goon = u32::try_from(at(&application, "goon")).expect("few instances");
-        (application.groups[1].clone(), goon)
+        let goon = at(&application, "goon");
+        (application.groups[BASE].clone(), goon)
     };
     let (fallback, goon) =
         group("{ absence = \"fallback\", fallback = \"cruise\", patience = \"2ms\", budget = 0.003 }");
-    assert_eq!(fallback.absence, Absence::Fallback(SchemaId(goon)));
+    assert_eq!(fallback.absence, Absence::Fallback(goon));
     assert_eq!((fallback.patience_ns, fallback.budget_ns), (2_000_000, 3_000_000));
     assert_eq!(fallback.policy, Policy::PRIORITY);
     let (hold, _) = group("{ absence = \"hold\", hold = \"300ms\", policy = \"urgency\" }");
@@ -330,15 +334,15 @@ fn r4_a_father_with_an_arbitration_uses_it_unless_the_file_sets_another_policy()
         ),
     ];
     let own = application(&edits);
-    assert_eq!(own.groups[1].name, "judge/base");
-    assert_eq!(own.groups[1].policy, Policy::FATHER);
+    assert_eq!(own.groups[BASE].name, "judge/base");
+    assert_eq!(own.groups[BASE].policy, Policy::FATHER);
     let other = (
         "{ one = \"example\" }",
         "{ one = \"example\" }\ngroups.base.policy = \"priority\"",
     );
     let text = catalogue::edited(&edits).replace(other.0, other.1);
     let ready_made = read(&text, &[]).unwrap_or_else(|faults| panic!("{faults}"));
-    assert_eq!(ready_made.groups[1].policy, Policy::PRIORITY);
+    assert_eq!(ready_made.groups[BASE].policy, Policy::PRIORITY);
 }
 
 #[test]
@@ -391,7 +395,7 @@ fn r6_the_spec_contains_the_schemas_that_each_schema_needs() {
         "laser = \"pioneer.laser\", heading = \"look.heading\"",
     )]);
     let spec = application.spec();
-    let id = |name| SchemaId(u32::try_from(at(&application, name)).expect("few instances"));
+    let id = |name| at(&application, name);
     let needs = |name| spec.schemas[at(&application, name)].needs.clone();
     assert_eq!(spec.schemas[at(&application, "pioneer")].kind, Kind::Perceptive);
     assert_eq!(spec.schemas[at(&application, "stop")].kind, Kind::Motor);
@@ -399,7 +403,7 @@ fn r6_the_spec_contains_the_schemas_that_each_schema_needs() {
     assert_eq!(needs("example"), [id("pioneer"), id("look")]);
     assert_eq!(needs("look"), [id("pioneer")]);
     assert_eq!(needs("pioneer"), []);
-    assert_eq!(spec.groups[1].father, Some(id("example")));
+    assert_eq!(spec.groups[BASE].father, Some(id("example")));
     assert_eq!(spec.validate(), Ok(()));
 }
 
@@ -415,10 +419,10 @@ fn an_imported_modulation_does_not_keep_its_schema_awake() {
             stale_ns: None,
         }
     );
-    let pioneer = u32::try_from(at(&application, "pioneer")).expect("few instances");
+    let pioneer = at(&application, "pioneer");
     assert_eq!(
         application.spec().schemas[at(&application, "other")].needs,
-        [SchemaId(pioneer)]
+        [pioneer]
     );
 }
 
@@ -434,7 +438,7 @@ fn r6_every_root_needs_what_the_application_keeps_awake() {
     let needing: Vec<_> = spec
         .schemas
         .iter()
-        .filter(|schema| schema.needs.iter().any(|need| need.index() == other))
+        .filter(|schema| schema.needs.contains(&other))
         .map(|schema| schema.name.as_str())
         .collect();
     assert_eq!(needing, ["teleop", "example"]);
@@ -485,9 +489,9 @@ fn the_top_level_sets_seed_executor_and_policy_of_the_roots() {
     let application = application(&[("mission =", &format!("{more} ="))]);
     assert_eq!((application.seed, application.executor), (7, Executor::Pool));
     assert_eq!(application.doc, "Drives.");
-    assert_eq!(application.groups[0].policy, Policy::URGENCY);
-    let teleop = u32::try_from(at(&application, "teleop")).expect("few instances");
-    assert_eq!(application.groups[0].absence, Absence::Fallback(SchemaId(teleop)));
+    assert_eq!(application.groups[ROOTS].policy, Policy::URGENCY);
+    let teleop = at(&application, "teleop");
+    assert_eq!(application.groups[ROOTS].absence, Absence::Fallback(teleop));
 }
 
 #[test]

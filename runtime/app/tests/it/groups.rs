@@ -1,5 +1,8 @@
 //! The faults of group settings, and of actuators that two schemas could command at the same time.
 
+use jde_app::InstancePort;
+use jde_core::GroupId;
+
 use crate::catalogue::{application, check};
 
 /// The settings of the group of the good application.
@@ -244,22 +247,23 @@ fn r18_a_guard_judges_the_commands_of_its_group_and_below_and_is_awake_with_them
         ),
     ]);
     let number = |name| application.instance(name).expect("a schema");
+    let command = InstancePort {
+        instance: number("pioneer"),
+        port: 4,
+    };
     let spec = application.spec();
     for name in ["teleop", "goon", "stop"] {
         assert_eq!(
-            application.guards(number(name), (number("pioneer"), 4)),
+            application.guards(number(name), command),
             [number("near")],
             "{name}"
         );
         assert!(
-            spec.schemas[number(name)]
-                .needs
-                .iter()
-                .any(|need| need.index() == number("near")),
+            spec.schemas[number(name)].needs.contains(&number("near")),
             "{name}"
         );
     }
-    assert_eq!(spec.groups[0].retry, 1_000_000_000);
+    assert_eq!(spec.groups[GroupId(0)].retry, 1_000_000_000);
 }
 
 #[test]

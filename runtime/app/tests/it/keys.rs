@@ -270,14 +270,14 @@ apps/good.toml:3:20: each of `roots` of the application must be a text, not a wh
     check(
         &[(r#"name    = "safe-navigation""#, "seed = -1")],
         r#"
-apps/good.toml:2:8: `seed` of the application is no whole number from 0 to 2^64 - 1
+apps/good.toml:2:8: `seed` of the application is not a whole number from 0 to 2^64 - 1
     help: write a number such as seed = 7
 "#,
     );
     check(
         &[(r#"name    = "safe-navigation""#, r#"seed = "seven""#)],
         r#"
-apps/good.toml:2:8: `seed` of the application is no whole number from 0 to 2^64 - 1
+apps/good.toml:2:8: `seed` of the application is not a whole number from 0 to 2^64 - 1
     help: write a number such as seed = 7
 "#,
     );
@@ -342,7 +342,7 @@ apps/good.toml:25:11: `restart` of schema `stop` must be "never", "on-fault" or 
 restart.limit = 0"#,
         )],
         r#"
-apps/good.toml:25:17: `limit` of `restart` of schema `stop` is no whole number above 0
+apps/good.toml:25:17: `limit` of `restart` of schema `stop` is not a whole number above 0
     help: state the number of restarts, or write restart = "never"
 "#,
     );
@@ -360,7 +360,7 @@ apps/good.toml:25:11: `isolate` of schema `stop` must be "process", or a table o
         &[("[schemas.look]", r#"[schemas."look out"]"#)],
         r#"
 apps/good.toml:20:75: `lookout` in `children` of schema `example` names `look`, and there is no such schema
-    help: schemas: `pioneer`, `teleop`, `example`, `stop`, `vff`, `goon` and `look out`
+    help: did you mean `look out`?
 apps/good.toml:38:10: `look out` cannot be the name of a schema
     help: use 1 to 64 letters, digits, `_` and `-`
 "#,

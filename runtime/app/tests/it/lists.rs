@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use jde_abi::describe::Role;
+use jde_abi::raw;
 
-use jde_app::{Application, Binding, ImportSource};
+use jde_app::{Application, Binding, ImportSource, InstancePort};
 
 use super::catalogue::{check_text, read};
 
@@ -79,17 +80,18 @@ subscribe."/seen" = { as = "seen", type = "nav_msgs/msg/Odometry", x = 2 }"#,
     assert_eq!(settings(1), [2.0, 0.0, 0.0]);
     assert_eq!(settings(0), [0.0; 3]);
     assert_eq!(settings(3), [0.0, 0.0, std::f64::consts::FRAC_PI_2]);
-    let place = application.instance("topics").unwrap();
+    let instance = application.instance("topics").unwrap();
+    let listed = |port| InstancePort { instance, port };
     assert_eq!(
         topics.bindings[own + 3],
         Binding::Import {
-            source: Some(ImportSource::Local(place, own + 1)),
+            source: Some(ImportSource::Local(listed(own + 1))),
             trigger: false,
             stale_ns: None,
         }
     );
     let stop = &application.instances[application.instance("stop").unwrap()];
-    let source = ImportSource::Local(place, own);
+    let source = ImportSource::Local(listed(own));
     assert!(stop.bindings.contains(&Binding::Import {
         source: Some(source),
         trigger: true,
@@ -118,7 +120,7 @@ publish = { "/a" = "pioneer.laser", "repeat./a" = "pioneer.laser" }
 repeat = { "/a" = "pioneer.odometry" }"#,
         r#"
 apps/good.toml:11:12: `/a` in `repeat` of schema `topics`: schema `topics` has an import `repeat./a` already
-    help: name it otherwise
+    help: give it another name
 "#,
     );
 }
@@ -154,7 +156,7 @@ fn wrong_entries_are_refused_with_their_lines() {
         r#"subscribe = { "/there" = "there", "/b" = "there" }"#,
         r#"
 apps/good.toml:9:42: `/b` in `subscribe` of schema `topics`: schema `topics` has a variable `there` already
-    help: name it otherwise
+    help: give it another name
 "#,
     );
     check(
@@ -176,7 +178,7 @@ apps/good.toml:10:36: `/b` in `publish` of schema `topics` has no `from`
     help: name the variable, as in from = "pioneer.laser"
 apps/good.toml:10:61: `/c` in `publish` of schema `topics` must be a text, or a table such as { from = "SCHEMA.VARIABLE" }, not a whole number
 apps/good.toml:10:64: `laser` in `publish` of schema `topics`: schema `topics` has an import `laser` already
-    help: name it otherwise
+    help: give it another name
 "#,
     );
     check(
@@ -193,7 +195,7 @@ apps/good.toml:10:73: `/b` in `publish` of schema `topics` is `robot2:pioneer.la
         r#"subscribe = { "/there" = "there", "/b" = { as = "period", type = "geometry_msgs/msg/Twist" } }"#,
         r#"
 apps/good.toml:9:49: `/b` in `subscribe` of schema `topics`: schema `topics` has a variable `period` already
-    help: name it otherwise
+    help: give it another name
 "#,
     );
     check(
@@ -447,13 +449,13 @@ fn a_command_has_the_type_of_the_actuator_that_is_bound_to_it() {
     let role = Role::Command {
         neutral: vec![0; port.value_type.bytes],
         validity_ns: 7,
-        trigger: true,
     };
+    assert!(port.has(raw::TRIGGER));
     assert_eq!((&port.role, &topics.bindings[own]), (&role, &Binding::Command));
     let stop = &application.instances[application.instance("stop").unwrap()];
-    let place = application.instance("topics").unwrap();
+    let instance = application.instance("topics").unwrap();
     assert!(stop.bindings.contains(&Binding::Actuator {
-        target: Some((place, own))
+        target: Some(InstancePort { instance, port: own })
     }));
 }
 

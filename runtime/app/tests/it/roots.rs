@@ -153,11 +153,8 @@ fn the_file_may_name_the_children_of_a_father() {
         ("crew/legs", vec!["third", "other"])
     );
     assert_eq!(group.policy, Policy::round_robin(Duration::from_secs(1)));
-    let other = application.instance("other").expect("the name is known") as u32;
-    assert_eq!(
-        group.absence,
-        jde_core::Absence::Fallback(jde_core::SchemaId(other))
-    );
+    let other = application.instance("other").expect("the name is known");
+    assert_eq!(group.absence, jde_core::Absence::Fallback(other));
     let roles: Vec<_> = application.instances[crew]
         .schema
         .children

@@ -13,14 +13,14 @@ fn a_time_that_is_invalid_or_out_of_range_is_refused() {
     check(
         &[(PERIOD, "period = 0")],
         r#"
-apps/good.toml:17:10: `period` of schema `example` is no time above 0
+apps/good.toml:17:10: `period` of schema `example` is not a time above 0
     help: give a time from 100 us to a day; a bare number counts seconds
 "#,
     );
     check(
         &[(PERIOD, "period = -0.1")],
         r#"
-apps/good.toml:17:10: `period` of schema `example` is no time above 0
+apps/good.toml:17:10: `period` of schema `example` is not a time above 0
     help: give a time from 100 us to a day; a bare number counts seconds
 "#,
     );
@@ -41,7 +41,7 @@ apps/good.toml:17:10: `period` of schema `example` is longer than a day
     check(
         &[(PERIOD, "period = nan")],
         r#"
-apps/good.toml:17:10: `period` of schema `example` is no time above 0
+apps/good.toml:17:10: `period` of schema `example` is not a time above 0
     help: give a time from 100 us to a day; a bare number counts seconds
 "#,
     );
@@ -62,7 +62,7 @@ apps/good.toml:17:10: `period` of schema `example` is `75 milli`, and `milli` is
     check(
         &[(PERIOD, r#"period = "soon""#)],
         r#"
-apps/good.toml:17:10: `period` of schema `example` is `soon`, which is no time
+apps/good.toml:17:10: `period` of schema `example` is `soon`, which is not a time
     help: write a time such as "75ms", a frequency such as "10 Hz", or a number of seconds
 "#,
     );
@@ -79,7 +79,7 @@ apps/good.toml:17:10: `period` of schema `example` must be a time such as "75ms"
 budget = "0s""#,
         )],
         r#"
-apps/good.toml:25:10: `budget` of schema `stop` is no time above 0
+apps/good.toml:25:10: `budget` of schema `stop` is not a time above 0
     help: give a time from 100 us to a day; a bare number counts seconds
 "#,
     );
@@ -112,7 +112,7 @@ apps/good.toml:26:8: `hang` of schema `stop` is not longer than its budget, whic
             r#"{ patience = 0, budget = "1us" }"#,
         )],
         r#"
-apps/good.toml:21:28: `patience` of group `base` of schema `example` is no time above 0
+apps/good.toml:21:28: `patience` of group `base` of schema `example` is not a time above 0
     help: give a time from 100 us to a day; a bare number counts seconds
 apps/good.toml:21:40: `budget` of group `base` of schema `example` is shorter than 100 us
     help: give a time from 100 us to a day; a bare number counts seconds

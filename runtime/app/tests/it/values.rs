@@ -1,6 +1,8 @@
 //! The faults of values that do not fit their ports, in files and in options.
 
-use crate::catalogue::{check, check_with};
+use jde_app::Application;
+
+use crate::catalogue::{application, application_with, check, check_with, faults};
 
 #[test]
 fn a_value_of_another_type_is_reported_with_the_expected_one() {
@@ -31,13 +33,13 @@ apps/good.toml:8:9: `beams` of schema `pioneer` must be a whole number, not a nu
     check(
         &[(r#"world = "office.toml""#, "beams = 256")],
         r#"
-apps/good.toml:8:9: `beams` of schema `pioneer` is no whole number from 0 to 255
+apps/good.toml:8:9: `beams` of schema `pioneer` is not a whole number from 0 to 255
 "#,
     );
     check(
         &[(r#"world = "office.toml""#, r#"beams = "-1""#)],
         r#"
-apps/good.toml:8:9: `beams` of schema `pioneer` is no whole number from 0 to 255
+apps/good.toml:8:9: `beams` of schema `pioneer` is not a whole number from 0 to 255
 "#,
     );
     check(
@@ -190,6 +192,34 @@ apps/good.toml:8:9: `label` of schema `pioneer` has 65 bytes, and at most 64 fit
 }
 
 #[test]
+fn a_former_name_is_read_with_a_warning() {
+    let former = application(&[("speed     = ", "pace      = ")]);
+    let present = application(&[]);
+    let goon = |application: &Application| {
+        let number = application.instance("goon").expect("it has a goon");
+        application.instances[number].bindings.clone()
+    };
+    assert_eq!(goon(&former), goon(&present));
+    assert!(present.concerns.is_none(), "the present name needs no warning");
+    let warning =
+        "`pace` of schema `goon` is now called `speed`; the next version does not read the former name";
+    let warnings = |application: Application| application.concerns.map(|concerns| concerns.to_string());
+    let place = warnings(former).expect("there is a warning");
+    assert!(
+        place.starts_with("apps/good.toml:") && place.ends_with(warning),
+        "{place}"
+    );
+    let option = application_with(&[], &["goon.pace=1"]);
+    assert_ne!(goon(&option), goon(&present));
+    assert_eq!(warnings(option), Some(format!("--set goon.pace=1: {warning}")));
+    let twice = faults(&[("speed     = ", "pace = 0.4\nspeed     = ")]);
+    assert!(
+        twice.contains("`speed` of schema `goon` is stated twice"),
+        "{twice}"
+    );
+}
+
+#[test]
 fn a_fault_of_an_option_has_the_option_as_its_location() {
     check_with(
         &[],
@@ -233,7 +263,7 @@ fn a_fault_of_an_option_has_the_option_as_its_location() {
         &[],
         &["goon.period=never"],
         r#"
---set goon.period=never: `period` of schema `goon` is `never`, which is no time
+--set goon.period=never: `period` of schema `goon` is `never`, which is not a time
     help: write a time such as "75ms", a frequency such as "10 Hz", or a number of seconds
 "#,
     );
@@ -241,7 +271,7 @@ fn a_fault_of_an_option_has_the_option_as_its_location() {
         &[],
         &["goon.period=0"],
         r#"
---set goon.period=0: `period` of schema `goon` is no time above 0
+--set goon.period=0: `period` of schema `goon` is not a time above 0
     help: give a time from 100 us to a day; a bare number counts seconds
 "#,
     );

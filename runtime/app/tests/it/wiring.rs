@@ -148,7 +148,7 @@ apps/good.toml:4:1: `mission` does not name an export
     help: add from = "SCHEMA.mission"
 apps/good.toml:4:13: unknown key `form` in `mission`
     help: did you mean `from`?
-apps/good.toml:4:48: `stalls` of `mission` is `soon`, which is no time
+apps/good.toml:4:48: `stalls` of `mission` is `soon`, which is not a time
     help: write a time such as "75ms", or a number of seconds
 "#,
     );
@@ -362,6 +362,7 @@ children = { work = "goon" }
         ],
         r#"
 apps/good.toml:35:21: `speed` that schema `boss` writes to `work` is `geometry_msgs/msg/Pose2D`, and `goon.speed` is `std_msgs/msg/Float64`
+apps/good.toml:35:21: `pace` that schema `boss` writes to `work` is `geometry_msgs/msg/Pose2D`, and `goon.speed` is `std_msgs/msg/Float64`
 apps/good.toml:35:21: `period` that schema `boss` writes to `work` is `std_msgs/msg/UInt8`, and a period is `std_msgs/msg/Float64`
 "#,
     );

@@ -1,9 +1,9 @@
 //! Encodes a [`Value`] as bytes. All or nothing: if a part does not fit, nothing is written.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_nearest::nearest;
 
 use super::{Value, ValueError};
-use crate::nearest::nearest;
 
 /// Writes a value over the one in `output`.
 ///

@@ -1,8 +1,10 @@
 //! Watches end while other threads publish, from any thread, and are not called after that (R12).
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Barrier, Mutex, mpsc};
+use std::sync::{Arc, Barrier, mpsc};
 use std::thread;
+
+use parking_lot::Mutex;
 
 use crate::common::{float64, variable};
 use jde_board::{Access, Variable, Watch};
@@ -57,7 +59,7 @@ fn r12_dropping_a_watch_waits_for_its_call_on_another_thread() {
     let (entered, return_flag, wait) = (Arc::clone(&inside), Arc::clone(&returned), Mutex::new(wait));
     let watch = variable.watch(move || {
         entered.wait();
-        wait.lock().unwrap().recv().expect("the signal to continue");
+        wait.lock().recv().expect("the signal to continue");
         return_flag.store(true, Ordering::SeqCst);
     });
     thread::scope(|threads| {
@@ -79,10 +81,10 @@ fn r12_a_watch_may_end_itself_inside_its_call() {
     let (own, counted) = (Arc::clone(&slot), Arc::clone(&calls));
     let watch = variable.watch(move || {
         counted.fetch_add(1, Ordering::SeqCst);
-        let watch = own.lock().unwrap().take();
+        let watch = own.lock().take();
         drop(watch);
     });
-    *slot.lock().unwrap() = Some(watch);
+    *slot.lock() = Some(watch);
     put(&variable);
     put(&variable);
     assert_eq!(calls.load(Ordering::SeqCst), 1);

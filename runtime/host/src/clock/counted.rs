@@ -8,11 +8,11 @@
 
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 use jde_core::Nanos;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 /// How long a waiting thread sleeps between two checks.
 const CHECK_INTERVAL: Duration = Duration::from_micros(50);
@@ -48,12 +48,12 @@ impl Counted {
 
     /// Registers one more thread: time does not advance until it waits, too.
     pub(super) fn register_thread(&self) {
-        self.lock().threads += 1;
+        self.state.lock().threads += 1;
     }
 
     /// Removes one thread.
     pub(super) fn unregister_thread(&self) {
-        let mut state = self.lock();
+        let mut state = self.state.lock();
         state.threads = state.threads.saturating_sub(1);
         state.remove_current_thread();
         state.version += 1;
@@ -61,22 +61,16 @@ impl Counted {
 
     /// Marks this thread as busy.
     pub(super) fn mark_busy(&self) {
-        let mut state = self.lock();
+        let mut state = self.state.lock();
         state.working.insert(thread::current().id());
         state.version += 1;
     }
 
     /// Waits a moment for a notification, or for that time.
-    pub(super) fn wait<'a, T>(
-        &self,
-        condition: &Condvar,
-        guard: MutexGuard<'a, T>,
-        until: Option<Nanos>,
-    ) -> MutexGuard<'a, T> {
+    pub(super) fn wait<T>(&self, condition: &Condvar, guard: &mut MutexGuard<'_, T>, until: Option<Nanos>) {
         self.begin_wait(until);
-        let result = condition.wait_timeout(guard, CHECK_INTERVAL);
-        self.lock().waiting.remove(&thread::current().id());
-        result.unwrap_or_else(PoisonError::into_inner).0
+        condition.wait_for(guard, CHECK_INTERVAL);
+        self.state.lock().waiting.remove(&thread::current().id());
     }
 
     /// Lets that much time pass, as part of this thread's work.
@@ -86,12 +80,12 @@ impl Counted {
             self.begin_wait(Some(until));
             thread::sleep(CHECK_INTERVAL);
         }
-        self.lock().waiting.remove(&thread::current().id());
+        self.state.lock().waiting.remove(&thread::current().id());
         self.mark_busy();
     }
 
     fn begin_wait(&self, until: Option<Nanos>) {
-        let mut state = self.lock();
+        let mut state = self.state.lock();
         let this = thread::current().id();
         if state.working.remove(&this) {
             state.version += 1;
@@ -114,10 +108,6 @@ impl Counted {
             self.now.store(next, Ordering::Release);
             state.version += 1;
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, CountedState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -5,10 +5,10 @@ mod counted;
 mod standstill;
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Condvar, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
+use parking_lot::{Condvar, MutexGuard};
 
 use counted::Counted;
 use standstill::Standstill;
@@ -170,9 +170,11 @@ impl Clock {
     pub(crate) fn advance_to(&self, now: Nanos) {
         match self {
             Self::Real { .. } | Self::Counted(_) => {}
-            Self::Virtual { now: time, .. } => {
-                time.fetch_max(now, Ordering::AcqRel);
+            // One thread at a time sets it.
+            Self::Virtual { now: time, .. } if time.load(Ordering::Relaxed) < now => {
+                time.store(now, Ordering::Release);
             }
+            Self::Virtual { .. } => {}
         }
     }
 
@@ -203,20 +205,14 @@ impl Clock {
 
     /// Waits for a notification, or until the application's time is `until`. May return earlier, as a
     /// condition variable may.
-    pub(crate) fn wait<'a, T>(
-        &self,
-        condition: &Condvar,
-        guard: MutexGuard<'a, T>,
-        until: Option<Nanos>,
-    ) -> MutexGuard<'a, T> {
+    pub(crate) fn wait<T>(&self, condition: &Condvar, guard: &mut MutexGuard<'_, T>, until: Option<Nanos>) {
         if let Self::Counted(counted) = self {
             return counted.wait(condition, guard, until);
         }
         let Some(until) = until else {
-            return condition.wait(guard).unwrap_or_else(PoisonError::into_inner);
+            return condition.wait(guard);
         };
-        let result = condition.wait_timeout(guard, self.duration_until(until));
-        result.unwrap_or_else(PoisonError::into_inner).0
+        condition.wait_for(guard, self.duration_until(until));
     }
 
     /// Registers a thread that waits by this clock. Only counted time needs it.

@@ -2,10 +2,10 @@
 //! applications that were started with that permission, which no device tolerates.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use jde_core::Nanos;
+use parking_lot::{Condvar, Mutex};
 
 /// The value of [`Standstill::frozen`] while time passes.
 const PASSES: Nanos = Nanos::MAX;
@@ -63,7 +63,7 @@ impl Standstill {
 
     /// Lets time stand still, for this reason. Returns whether it passed until now.
     pub(crate) fn stop(&self, now: impl Fn() -> Nanos, reason: &str) -> bool {
-        let mut current = self.lock();
+        let mut current = self.still.lock();
         if current.is_some() {
             return false;
         }
@@ -77,7 +77,7 @@ impl Standstill {
 
     /// Lets time pass again.
     pub(crate) fn go_on(&self, running: impl Fn() -> Nanos) {
-        let mut current = self.lock();
+        let mut current = self.still.lock();
         if current.take().is_some() {
             let frozen = self.frozen.load(Ordering::Acquire);
             self.lost
@@ -90,7 +90,7 @@ impl Standstill {
 
     /// Lets a little time pass at once.
     pub(crate) fn step(&self, time: Nanos) {
-        let current = self.lock();
+        let current = self.still.lock();
         if current.is_some() {
             self.frozen.fetch_add(time, Ordering::AcqRel);
         }
@@ -98,7 +98,7 @@ impl Standstill {
 
     /// Requests a step of virtual time.
     pub(crate) fn request_step(&self) {
-        if let Some(still) = &mut *self.lock() {
+        if let Some(still) = &mut *self.still.lock() {
             still.step = true;
         }
         self.changed.notify_all();
@@ -108,8 +108,8 @@ impl Standstill {
     /// requested, and takes that back.
     pub(crate) fn wait(&self, timeout: Duration) -> bool {
         let waits = |still: &mut Option<Still>| still.as_ref().is_some_and(|still| !still.step);
-        let result = self.changed.wait_timeout_while(self.lock(), timeout, waits);
-        let (mut still, _) = result.unwrap_or_else(PoisonError::into_inner);
+        let mut still = self.still.lock();
+        self.changed.wait_while_for(&mut still, waits, timeout);
         still
             .as_mut()
             .is_some_and(|still| std::mem::take(&mut still.step))
@@ -117,16 +117,12 @@ impl Standstill {
 
     /// Returns why time stands still; `None` while it passes.
     pub(crate) fn reason(&self) -> Option<String> {
-        self.lock().as_ref().map(|still| still.reason.clone())
+        self.still.lock().as_ref().map(|still| still.reason.clone())
     }
 
     /// Whether time stands still.
     pub(crate) fn is_still(&self) -> bool {
         self.frozen.load(Ordering::Acquire) != PASSES
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Option<Still>> {
-        self.still.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

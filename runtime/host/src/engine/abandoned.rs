@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_records::ResourceUsage;
 use jde_records::event::What;
 
@@ -21,7 +21,7 @@ impl Engine {
     ///
     /// # Errors
     /// Too many calls of earlier instances were given up and never returned.
-    pub(crate) fn check_can_create(&self, instance: usize) -> Result<(), String> {
+    pub(crate) fn check_can_create(&self, instance: SchemaId) -> Result<(), String> {
         let left = self.metrics[instance].abandoned_calls.load(Relaxed);
         if left < MAX_ABANDONED {
             return Ok(());
@@ -33,7 +33,7 @@ impl Engine {
 
     /// Reports that a call does not return: the level selects again as after a failure. If the call could not
     /// be given up and still runs at a restart, the restart fails too.
-    pub(crate) fn report_hung_call(&self, instance: usize, reason: String) {
+    pub(crate) fn report_hung_call(&self, instance: SchemaId, reason: String) {
         if !self.rules.is_faulted(instance) {
             // Marks a death of the process as reported: a later discovery of it must not report it again.
             self.processes.claim_death_report(instance);
@@ -43,12 +43,14 @@ impl Engine {
 
     /// Reports that the call which runs since `since` was given up for `reason`; it keeps `kept` bytes of
     /// shared values.
-    pub(crate) fn report_abandoned_call(&self, instance: usize, since: Nanos, reason: String, kept: u64) {
+    pub(crate) fn report_abandoned_call(&self, instance: SchemaId, since: Nanos, reason: String, kept: u64) {
         let meter = &self.metrics[instance];
         meter.end_call();
         let left = meter.abandoned_calls.fetch_add(1, Relaxed) + 1;
         // First, so that the next instance is created from the right build.
         self.interrupt_reload(instance, &reason);
+        // Before the next instance can run and publish. The instance may have faulted long before and published since.
+        self.variables.retract_exports(instance);
         self.report_hung_call(instance, reason);
         self.end_abandoned_iteration(instance);
         self.report_left_behind(instance, since, left, kept);
@@ -58,7 +60,7 @@ impl Engine {
     /// command. The guard hangs (R18). The schema stays what it is for the rules, and gets another instance at once.
     pub(crate) fn report_abandoned_judgement(
         &self,
-        instance: usize,
+        instance: SchemaId,
         hung: RunningJudgement,
         reason: String,
         kept: u64,
@@ -69,14 +71,13 @@ impl Engine {
         let left = self.metrics[guard].abandoned_calls.fetch_add(1, Relaxed) + 1;
         self.interrupt_reload(instance, &reason);
         self.report_hung_call(guard, reason);
+        self.variables.retract_exports(instance);
         self.end_abandoned_iteration(instance);
         self.rules.awake_again(instance);
         self.report_left_behind(guard, since, left, kept);
     }
 
-    fn end_abandoned_iteration(&self, instance: usize) {
-        // The instance may have faulted long before and published values since.
-        self.variables.retract_exports(instance);
+    fn end_abandoned_iteration(&self, instance: SchemaId) {
         self.rules.transact_end(None, instance);
         if self.builds.is_pending(instance) {
             // The call may have taken the signal from the inbox and hung before the exchange.
@@ -85,7 +86,7 @@ impl Engine {
     }
 
     /// Reports that a call for which a schema answers is left behind, as the last of `left`.
-    fn report_left_behind(&self, schema: usize, since: Nanos, left: u64, kept: u64) {
+    fn report_left_behind(&self, schema: SchemaId, since: Nanos, left: u64, kept: u64) {
         let process = ResourceUsage::now();
         tracing::warn!(
             schema = self.name(schema),

@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use jde_app::{Application, Binding, InstanceConfig};
+use jde_app::{Application, Binding, InstanceConfig, InstancePort};
+use jde_core::SchemaId;
 
 use super::wiring::Variables;
 use crate::instance::{CommandLimits, GuardState, Guarding};
@@ -13,11 +14,13 @@ use crate::instance::{CommandLimits, GuardState, Guarding};
 pub(super) fn guard_states(
     application: &Application,
     variables: &Variables,
-) -> BTreeMap<usize, Arc<GuardState>> {
+) -> BTreeMap<SchemaId, Arc<GuardState>> {
     let named = application.groups.iter().filter_map(|group| group.guard);
     let states = named.map(|guard| {
         let port = guard_port(application, guard);
-        let state = variables.of(guard, port).expect("a guard's state is an export");
+        let state = variables
+            .of(InstancePort::new(guard, port))
+            .expect("a guard's state is an export");
         let period = application.instances[guard].period_ns;
         (guard, GuardState::new(state.reader("host"), period))
     });
@@ -28,15 +31,16 @@ pub(super) fn guard_states(
 pub(super) fn guarding(
     application: &Application,
     variables: &Variables,
-    guard: usize,
+    guard: SchemaId,
     state: &Arc<GuardState>,
 ) -> Guarding {
     let mut commands = Vec::new();
-    for (driver, instance) in application.instances.iter().enumerate() {
+    for (driver, instance) in application.instances.entries() {
         for place in 0..instance.schema.ports.len() {
-            let mut guards = guards_of_command(application, (driver, place));
+            let command = InstancePort::new(driver, place);
+            let mut guards = guards_of_command(application, command);
             if let Some((_, commanders)) = guards.find(|(other, _)| *other == guard)
-                && let Some(variable) = variables.of(driver, place)
+                && let Some(variable) = variables.of(command)
             {
                 commands.push((variable.reader("host"), commanders.into()));
             }
@@ -51,17 +55,14 @@ pub(super) fn guarding(
 }
 
 /// The limits of a driver's command: those that its modulation of this name and the command's type states at the start.
-pub(super) fn command_limits(
-    application: &Application,
-    (driver, place): (usize, usize),
-) -> Option<CommandLimits> {
+pub(super) fn command_limits(application: &Application, command: InstancePort) -> Option<CommandLimits> {
     let InstanceConfig {
         name,
         schema,
         bindings,
         ..
-    } = &application.instances[driver];
-    let command = &schema.ports[place];
+    } = &application.instances[command.instance];
+    let command = &schema.ports[command.port];
     let limits = format!("{}_limits", command.name);
     let mut stated = schema.ports.iter().zip(bindings);
     stated.find_map(|(port, binding)| match binding {
@@ -78,16 +79,16 @@ pub(super) fn command_limits(
 /// The guards of the schemas that command this command, each with these schemas.
 pub(super) fn guards_of_command(
     application: &Application,
-    command: (usize, usize),
-) -> impl Iterator<Item = (usize, Vec<u32>)> {
+    command: InstancePort,
+) -> impl Iterator<Item = (SchemaId, Vec<u32>)> {
     let target = Binding::Actuator {
         target: Some(command),
     };
-    let mut guards: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    for (commander, instance) in application.instances.iter().enumerate() {
+    let mut guards: BTreeMap<SchemaId, Vec<u32>> = BTreeMap::new();
+    for (commander, instance) in application.instances.entries() {
         if instance.bindings.contains(&target) {
             for guard in application.guards(commander, command) {
-                guards.entry(guard).or_default().push(commander as u32);
+                guards.entry(guard).or_default().push(commander.0);
             }
         }
     }
@@ -95,7 +96,7 @@ pub(super) fn guards_of_command(
 }
 
 /// The port that exports the state of a guard.
-fn guard_port(application: &Application, guard: usize) -> usize {
+fn guard_port(application: &Application, guard: SchemaId) -> usize {
     let schema = &application.instances[guard].schema;
     schema.guard.as_ref().expect("a guard judges").state
 }

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_loader::{AlignedBytes, Judgement};
 use jde_records::event::What;
 use jde_records::turn::TurnKind;
@@ -18,7 +18,7 @@ pub(crate) struct JudgedCommand {
     /// What takes effect.
     pub(crate) bytes: AlignedBytes,
     /// The guard that limited it, and its reason in words.
-    pub(crate) limit: Option<(usize, String)>,
+    pub(crate) limit: Option<(SchemaId, String)>,
     /// The number of the state by which each guard judged.
     states: Vec<u64>,
 }
@@ -31,7 +31,7 @@ impl Engine {
     /// The refusal of the first guard that refuses it.
     pub(crate) fn judge(
         &self,
-        commander: usize,
+        commander: SchemaId,
         unjudged: UnjudgedCommand,
         now: Nanos,
     ) -> Result<JudgedCommand, Refusal> {
@@ -48,7 +48,7 @@ impl Engine {
 
     fn judge_by_all(
         &self,
-        commander: usize,
+        commander: SchemaId,
         UnjudgedCommand { guards, mut bytes }: UnjudgedCommand,
         now: Nanos,
     ) -> Result<JudgedCommand, Refusal> {
@@ -87,7 +87,7 @@ impl Engine {
     /// Lets a guard judge the commands that are in force, in its own call.
     pub(crate) fn judge_in_force(
         &self,
-        guard: usize,
+        guard: SchemaId,
         unjudged: UnjudgedInForce,
         now: Nanos,
     ) -> Vec<(CommandInForce, Judgement)> {
@@ -102,7 +102,7 @@ impl Engine {
         judged.collect()
     }
 
-    fn judge_by(&self, guard: usize, state: &StateCopy, now: Nanos, command: &AlignedBytes) -> Judgement {
+    fn judge_by(&self, guard: SchemaId, state: &StateCopy, now: Nanos, command: &AlignedBytes) -> Judgement {
         match &self.builds.current(guard).judge {
             Some(judge) => state.judge(judge, now, command),
             None => Judgement::Refused(String::from("its build judges no command")),
@@ -134,7 +134,7 @@ impl Engine {
     }
 
     /// Carries out what a guard said of the commands in force.
-    pub(crate) fn apply_in_force(&self, guard: usize, judged: Vec<(CommandInForce, Judgement)>) {
+    pub(crate) fn apply_in_force(&self, guard: SchemaId, judged: Vec<(CommandInForce, Judgement)>) {
         for (command, judgement) in judged {
             let CommandInForce {
                 variable,
@@ -172,16 +172,16 @@ impl Engine {
     }
 
     /// Reports that a guard limited a command.
-    pub(crate) fn report_limit(&self, commander: usize, guard: usize, reason: &str) {
+    pub(crate) fn report_limit(&self, commander: SchemaId, guard: SchemaId, reason: &str) {
         self.report_limited(commander, self.words_of("limited", guard, reason));
     }
 
     /// Reports that a command exceeded the limits of its driver.
-    pub(crate) fn report_limits(&self, commander: usize, stated_by: &str) {
+    pub(crate) fn report_limits(&self, commander: SchemaId, stated_by: &str) {
         self.report_limited(commander, format!("command limited by `{stated_by}`"));
     }
 
-    fn report_limited(&self, commander: usize, description: String) {
+    fn report_limited(&self, commander: SchemaId, description: String) {
         self.rules.report_now(What::Limited {
             schema: commander,
             description,
@@ -189,14 +189,14 @@ impl Engine {
     }
 
     /// How long a schema is not READY after a refusal, ns.
-    pub(crate) fn retry_of(&self, commander: usize) -> Nanos {
+    pub(crate) fn retry_of(&self, commander: SchemaId) -> Nanos {
         let group = self.application.instances[commander].group;
         group.map_or(0, |group| self.application.groups[group].retry_ns)
     }
 
     /// Repeats a recorded refusal. The reason comes from another judgement of the command, by the state that
     /// the guard has in the replay; another build of the guard may accept it.
-    pub(crate) fn repeat_refusal(&self, commander: usize, ports: &PortAccess) {
+    pub(crate) fn repeat_refusal(&self, commander: SchemaId, ports: &PortAccess) {
         let now = self.clock.now();
         let commands = ports
             .with_ports(|ports| ports.newest_commands(now))
@@ -211,7 +211,7 @@ impl Engine {
         self.rules.transact_refusal(commander, words, None);
     }
 
-    fn words_of(&self, what: &str, guard: usize, reason: &str) -> String {
+    fn words_of(&self, what: &str, guard: SchemaId, reason: &str) -> String {
         format!("command {what} by the guard `{}`: {reason}", self.name(guard))
     }
 }

@@ -1,6 +1,7 @@
 //! Schemas in processes of their own, as the rules see them: whether an instance runs in one, and what
 //! follows from its death.
 
+use jde_core::SchemaId;
 use jde_isolation::{ProcessConfig, python};
 use jde_records::turn::TurnKind;
 
@@ -9,7 +10,7 @@ use super::{Engine, Signal};
 impl Engine {
     /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next
     /// awakening creates a new instance of the build in force.
-    pub(crate) fn report_death(&self, instance: usize, reason: String) {
+    pub(crate) fn report_death(&self, instance: SchemaId, reason: String) {
         let signals = &self.rules.signals;
         let mut posted = false;
         let moment = self.report_fault_with(instance, reason.clone(), || {
@@ -24,7 +25,7 @@ impl Engine {
 
     /// Reports that a debugger holds a call of an instance, or lets it go on: whoever reads from it loses what it
     /// exported, as when an operator stops it.
-    pub(crate) fn report_debugged(&self, instance: usize, debugged: bool) {
+    pub(crate) fn report_debugged(&self, instance: SchemaId, debugged: bool) {
         if debugged {
             let losses = self
                 .rules
@@ -38,7 +39,7 @@ impl Engine {
 
     /// The program and the limits that run an instance in a process of its own; `None` if it runs in this
     /// process.
-    pub(crate) fn process_config(&self, instance: usize) -> Option<ProcessConfig> {
+    pub(crate) fn process_config(&self, instance: SchemaId) -> Option<ProcessConfig> {
         let config = &self.application.instances[instance];
         let limits = config.isolate;
         let program = self.processes.program();
@@ -57,7 +58,7 @@ impl Engine {
     }
 
     /// Logs each limit that could not be set on a process.
-    pub(crate) fn warn_unset_limits(&self, instance: usize, what: &[String]) {
+    pub(crate) fn warn_unset_limits(&self, instance: SchemaId, what: &[String]) {
         for what in what {
             tracing::warn!(schema = self.name(instance), "{what}");
         }

@@ -22,18 +22,19 @@ mod wiring;
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_abi::describe::Kind;
-use jde_app::Application;
+use jde_app::{Application, RoleId};
 use jde_board::{Board, Watch};
-use jde_core::{Hierarchy, Nanos, SchemaId, Timer};
+use jde_core::{Hierarchy, Nanos, SchemaId, Table, Timer, Transaction};
 use jde_isolation::Program;
 use jde_isolation::authority::AuthorityTable;
 use jde_isolation::process::ProcessTable;
 use jde_records::event::{Observer, Outcome};
 use jde_records::turn::{Moment, OnTurn, TurnKind};
+use parking_lot::Mutex;
 
 use crate::clock::Clock;
 use crate::instance::Ports;
@@ -59,17 +60,17 @@ pub(crate) struct Engine {
     pub(crate) variables: Arc<Variables>,
     pub(crate) clock: Arc<Clock>,
     /// How much earlier than the last of the instances woken together each instance is due, ns.
-    staggers: Vec<Nanos>,
-    pub(crate) metrics: Vec<InstanceMetrics>,
+    staggers: Table<SchemaId, Nanos>,
+    pub(crate) metrics: Table<SchemaId, InstanceMetrics>,
     /// Whether each instance has requested a turn that has not begun.
-    turn_requests: Vec<AtomicBool>,
+    turn_requests: Table<SchemaId, AtomicBool>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: BuildRegistry,
     pub(crate) processes: ProcessTable,
     /// What the processes of schemas know of their authority, if there are any.
     pub(crate) authority: Option<Arc<AuthorityTable>>,
-    /// The mocks that take the place of instances, by their numbers.
-    pub(crate) mocks: BTreeMap<usize, Arc<ResolvedMock>>,
+    /// The mocks that take the place of instances.
+    pub(crate) mocks: BTreeMap<SchemaId, Arc<ResolvedMock>>,
     pub(crate) id: u64,
     /// Receives the turns, if they are recorded.
     pub(crate) journal: Option<Arc<Journal>>,
@@ -78,7 +79,7 @@ pub(crate) struct Engine {
     deferred_actions: Mutex<Option<Vec<FatherAction>>>,
     /// Pairs of father and role whose last wake or sleep was refused. Only the first of consecutive refusals
     /// is reported.
-    refused_requests: Mutex<BTreeSet<(usize, usize)>>,
+    refused_requests: Mutex<BTreeSet<(SchemaId, RoleId)>>,
     pub(crate) rules: Arc<Rules>,
     /// When the host did not run.
     pub(crate) stalls: Arc<Stalls>,
@@ -97,8 +98,8 @@ impl Engine {
         on_turn: Option<OnTurn>,
         transaction_observer: Option<Box<dyn TransactionObserver>>,
         program: Option<Program>,
-        mocks: BTreeMap<usize, Arc<ResolvedMock>>,
-    ) -> Result<(Arc<Self>, Vec<Ports>), String> {
+        mocks: BTreeMap<SchemaId, Arc<ResolvedMock>>,
+    ) -> Result<(Arc<Self>, Table<SchemaId, Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let hierarchy = Hierarchy::new(application.spec()).map_err(|errors| {
             errors
@@ -110,11 +111,7 @@ impl Engine {
         let board = Arc::new(Board::new());
         let (variables, ports, mut commands) =
             wiring::wire(&application, &board).map_err(|error| error.to_string())?;
-        let meters: Vec<InstanceMetrics> = application
-            .instances
-            .iter()
-            .map(|_| InstanceMetrics::default())
-            .collect();
+        let meters = application.instances.map_ids(|_| InstanceMetrics::default());
         for (meter, instance) in meters.iter().zip(&application.instances) {
             meter.period.store(instance.period_ns, Ordering::Relaxed);
         }
@@ -144,16 +141,16 @@ impl Engine {
         ));
         let operators = Operators::new(&application, &clock, &board, &variables, &rules, journal.clone());
         let staggers = staggers(&application.instances, &clock);
-        let panels = Arc::new(Panels::new(application.instances.len()));
-        let builds = BuildRegistry::new(application.instances.len());
-        let processes = ProcessTable::new(application.instances.len(), program);
+        let panels = Arc::new(Panels::new(application.instances.ids()));
+        let builds = BuildRegistry::new(application.instances.ids());
+        let processes = ProcessTable::new(application.instances.ids(), program);
         let engine = Arc::new(Self {
             application,
             board,
             variables,
             clock,
             staggers,
-            turn_requests: meters.iter().map(|_| AtomicBool::new(false)).collect(),
+            turn_requests: meters.map_ids(|_| AtomicBool::new(false)),
             metrics: meters,
             panels,
             builds,
@@ -174,7 +171,7 @@ impl Engine {
     }
 
     /// How much earlier than the last of the instances woken together this instance is due, ns.
-    pub(crate) fn stagger(&self, instance: usize) -> Nanos {
+    pub(crate) fn stagger(&self, instance: SchemaId) -> Nanos {
         self.staggers[instance]
     }
 
@@ -187,50 +184,56 @@ impl Engine {
 
     /// Keeps watches for as long as the engine lives.
     pub(crate) fn retain_watches(&self, watches: impl IntoIterator<Item = Watch>) {
-        let mut kept = self.watches.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.watches.lock();
         kept.extend(watches);
     }
 
     /// Runs the rules' timers that are due.
     pub(crate) fn tick(&self) {
-        let ((), moment) = self.rules.transact_recorded(|hierarchy, now, out| {
-            self.excuse_unscheduled(hierarchy, now);
-            hierarchy.tick(now, out);
+        let ((), moment) = self.rules.transact_recorded(|transaction| {
+            self.excuse_unscheduled(transaction);
+            transaction.tick();
         });
-        self.rules.record_turn(TurnKind::Ticked, 0, moment);
+        self.rules.record_turn(TurnKind::Ticked, SchemaId(0), moment);
     }
 
     /// Excuses fathers that had no chance to arbitrate. A father is excused if its time is over, no other
     /// call of it runs, and it was not called to answer in the first half of its time. In that case its
     /// thread was notified and did not run, or no worker was free: the machine was late, not the father. It is excused
     /// as well if the host did not run meanwhile.
-    fn excuse_unscheduled(&self, hierarchy: &mut Hierarchy, now: Nanos) {
-        let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
+    fn excuse_unscheduled(&self, transaction: &mut Transaction) {
+        let now = transaction.now();
+        let over = transaction.timers().filter_map(|(due, timer)| match timer {
             Timer::Arbitration(group) if due <= now => Some((due, group)),
             _ => None,
         });
         for (due, group) in over.collect::<Vec<_>>() {
-            let about = &self.application.groups[group.index()];
+            let about = &self.application.groups[group];
             let latest = due.saturating_sub(about.budget_ns / 2);
-            let asked = hierarchy.pending_arbitration(group);
+            let asked = transaction.pending_arbitration(group);
             let stalled = self.stalls.within(due.saturating_sub(about.budget_ns), now) > 0;
             if about
                 .father
                 .is_some_and(|father| stalled || !self.metrics[father].is_busy_with(asked, latest))
             {
-                hierarchy.excuse(group);
+                transaction.excuse(group);
             }
         }
     }
 
     /// Reports that a call into the instance failed, and retracts the instance's exports. A driver that never
     /// completed an iteration ends the application, which cannot work without it.
-    pub(crate) fn report_fault(&self, instance: usize, reason: String) -> Moment {
+    pub(crate) fn report_fault(&self, instance: SchemaId, reason: String) -> Moment {
         self.report_fault_with(instance, reason, || ())
     }
 
     /// The same, with something to do within its transaction, before a later one can wake the instance.
-    pub(super) fn report_fault_with(&self, instance: usize, reason: String, within: impl FnOnce()) -> Moment {
+    pub(super) fn report_fault_with(
+        &self,
+        instance: SchemaId,
+        reason: String,
+        within: impl FnOnce(),
+    ) -> Moment {
         let meter = &self.metrics[instance];
         // The event has the whole reason, such as a traceback.
         let summary = reason.lines().next().unwrap_or_default();
@@ -246,11 +249,11 @@ impl Engine {
         // newer value.
         self.variables.retract_exports(instance);
         self.rules
-            .transact_for(instance, |hierarchy, now, out| {
+            .transact_for(instance, |transaction| {
                 // In the transaction, so that a snapshot shows the fault with its effect.
                 meter.faults.fetch_add(1, Ordering::Relaxed);
                 within();
-                hierarchy.faulted(now, schema(instance), reason, out);
+                transaction.faulted(instance, reason);
             })
             .1
     }
@@ -263,7 +266,7 @@ impl Engine {
     }
 
     /// Ends the values of an instance that expire, because it sleeps (R19), unless the application ends.
-    pub(crate) fn end_values(&self, instance: usize) {
+    pub(crate) fn end_values(&self, instance: SchemaId) {
         if !self.rules.is_ending() {
             let ended = self.variables.close_exports(instance);
             ended.for_each(|variable| variable.report_end());
@@ -271,21 +274,21 @@ impl Engine {
     }
 
     /// Sets the period of an instance from its next iteration on.
-    pub(crate) fn set_period(&self, instance: usize, period: Nanos) {
+    pub(crate) fn set_period(&self, instance: SchemaId, period: Nanos) {
         self.metrics[instance].period.store(period, Ordering::Relaxed);
         self.rules.set_period(instance, period);
     }
 
     /// Requests a turn of an instance in addition to the periodic ones, if it is awake (R12).
     /// Requests before that turn begins are one, so that a flood of them is no flood of signals.
-    pub(crate) fn request_turn(&self, instance: usize) {
+    pub(crate) fn request_turn(&self, instance: SchemaId) {
         if !self.turn_requests[instance].swap(true, Ordering::AcqRel) {
             self.rules.signals.send(instance, Signal::TurnRequested);
         }
     }
 
     /// The turn that an instance requested begins, or it has none. What happened before a request is visible to it.
-    pub(crate) fn end_turn_request(&self, instance: usize) {
+    pub(crate) fn end_turn_request(&self, instance: SchemaId) {
         self.turn_requests[instance].swap(false, Ordering::AcqRel);
     }
 
@@ -297,11 +300,7 @@ impl Engine {
         )));
     }
 
-    pub(crate) fn name(&self, instance: usize) -> &str {
+    pub(crate) fn name(&self, instance: SchemaId) -> &str {
         &self.application.instances[instance].name
     }
-}
-
-fn schema(instance: usize) -> SchemaId {
-    SchemaId(instance as u32)
 }

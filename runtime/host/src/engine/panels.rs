@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use jde_core::SchemaId;
 use jde_panel::Gesture;
 use jde_records::event::{OperatorAction, What};
 
@@ -11,7 +12,7 @@ use crate::panels::{DrawingCallback, GestureOutcome, PanelError, PanelViewGuard}
 impl Engine {
     /// Records whether an instance's build has a panel, and whether the panel can be touched. The contract
     /// accounts for it from now on (R17).
-    pub(crate) fn declare_panel(&self, instance: usize, panel: Option<bool>) {
+    pub(crate) fn declare_panel(&self, instance: SchemaId, panel: Option<bool>) {
         self.panels.declare(instance, panel);
         self.rules.set_panel(instance, panel.is_some());
     }
@@ -19,7 +20,7 @@ impl Engine {
     /// Has a panel drawn for as long as the returned [`Look`] lives.
     pub(crate) fn view_panel(
         &self,
-        schema: usize,
+        schema: SchemaId,
         rate: f64,
         news: DrawingCallback,
     ) -> Result<PanelViewGuard, PanelError> {
@@ -36,7 +37,12 @@ impl Engine {
     /// Keeps a gesture until the schema's next turn. A gesture that does not fit the drawn panel is refused.
     /// While the panel is not viewed there is nothing to compare with, and the schema receives the gesture
     /// unchecked.
-    pub(crate) fn queue_gesture(&self, by: &str, schema: usize, gesture: Gesture) -> Result<(), PanelError> {
+    pub(crate) fn queue_gesture(
+        &self,
+        by: &str,
+        schema: SchemaId,
+        gesture: Gesture,
+    ) -> Result<(), PanelError> {
         self.check_panel(schema)?;
         gesture.check().map_err(PanelError::InvalidGesture)?;
         let name = || self.name(schema).to_owned();
@@ -57,7 +63,7 @@ impl Engine {
     }
 
     /// Reports gestures that were accepted and never delivered, because their schema's instance ended first.
-    pub(crate) fn report_undelivered(&self, schema: usize, count: usize) {
+    pub(crate) fn report_undelivered(&self, schema: SchemaId, count: usize) {
         if count == 0 {
             return;
         }
@@ -74,7 +80,7 @@ impl Engine {
     }
 
     /// The first gesture that waits for a schema. Signals the schema again if there are more.
-    pub(crate) fn take_gesture(&self, schema: usize) -> Option<(String, Gesture)> {
+    pub(crate) fn take_gesture(&self, schema: SchemaId) -> Option<(String, Gesture)> {
         let (first, more) = self.panels.pop_gesture(schema)?;
         if more {
             self.rules.signals.send(schema, Signal::GestureQueued);
@@ -83,7 +89,7 @@ impl Engine {
     }
 
     /// Reports a gesture that is about to be delivered. Returns its number.
-    pub(crate) fn report_gesture(&self, by: &str, schema: usize, gesture: &Gesture) -> u64 {
+    pub(crate) fn report_gesture(&self, by: &str, schema: SchemaId, gesture: &Gesture) -> u64 {
         let number = self.panels.next_delivery_number();
         let action = OperatorAction::Touch {
             schema,
@@ -94,10 +100,10 @@ impl Engine {
         number
     }
 
-    fn check_panel(&self, schema: usize) -> Result<(), PanelError> {
-        let count = self.application.instances.len();
-        if schema >= count {
-            return Err(PanelError::NoSuchSchema(schema, count));
+    fn check_panel(&self, schema: SchemaId) -> Result<(), PanelError> {
+        if self.application.instances.get(schema).is_none() {
+            let count = self.application.instances.len();
+            return Err(PanelError::NoSuchSchema { schema, count });
         }
         if self.clock.is_replayed() {
             return Err(PanelError::InReplay);

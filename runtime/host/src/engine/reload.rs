@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use jde_core::SchemaId;
 use jde_loader::LoadedPlugin;
 use jde_loader::build::{self, Build, map_build};
 use jde_records::event::{OperatorAction, What};
@@ -19,7 +20,7 @@ impl Engine {
     pub(crate) fn replace(
         &self,
         by: &str,
-        instance: usize,
+        instance: SchemaId,
         with: &LoadedPlugin,
         how: ReloadOptions,
     ) -> Result<PendingReload, Vec<String>> {
@@ -50,7 +51,7 @@ impl Engine {
     /// All reasons why it does not fit.
     pub(crate) fn check_build(
         &self,
-        instance: usize,
+        instance: SchemaId,
         with: &LoadedPlugin,
     ) -> Result<(Build, Vec<String>), Vec<String>> {
         self.operators
@@ -106,12 +107,12 @@ impl Engine {
     }
 
     /// Whether an instance runs exactly this library, or is about to.
-    pub(crate) fn is_running_build(&self, instance: usize, plugin: &LoadedPlugin) -> bool {
+    pub(crate) fn is_running_build(&self, instance: SchemaId, plugin: &LoadedPlugin) -> bool {
         self.builds.current(instance).plugin.is_same_library(plugin)
     }
 
     /// Reports that a build took over.
-    pub(crate) fn report_reload(&self, instance: usize, takeover: &Replacement) {
+    pub(crate) fn report_reload(&self, instance: SchemaId, takeover: &Replacement) {
         tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
         self.rules.report_now(What::Reloaded {
             schema: instance,
@@ -120,13 +121,13 @@ impl Engine {
     }
 
     /// Reports that a build could not take over. The build before continues.
-    pub(crate) fn report_reload_failure(&self, instance: usize, build: &BuildName, reason: &str) {
+    pub(crate) fn report_reload_failure(&self, instance: SchemaId, build: &BuildName, reason: &str) {
         self.builds.record_failure(instance, reason);
         self.report_rollback(instance, build.clone(), reason);
     }
 
     /// Goes back to the build before if the present one is on trial. Returns whether it was.
-    pub(crate) fn roll_back_build(&self, instance: usize, reason: &str) -> bool {
+    pub(crate) fn roll_back_build(&self, instance: SchemaId, reason: &str) -> bool {
         let given_up = self.builds.roll_back(instance, reason);
         let was = given_up.is_some();
         if let Some(build) = given_up {
@@ -137,7 +138,7 @@ impl Engine {
 
     /// Undoes a reload after a call was given up: the build before replaces a build that was taking over in
     /// that call or is on trial.
-    pub(super) fn interrupt_reload(&self, instance: usize, reason: &str) {
+    pub(super) fn interrupt_reload(&self, instance: SchemaId, reason: &str) {
         let outcome = if let Some(coming) = self.builds.incoming(instance) {
             self.report_reload_failure(instance, &coming, reason);
             Err(reason.to_owned())
@@ -149,7 +150,7 @@ impl Engine {
         self.builds.finish_swap(instance, outcome);
     }
 
-    fn report_rollback(&self, instance: usize, build: BuildName, reason: &str) {
+    fn report_rollback(&self, instance: SchemaId, build: BuildName, reason: &str) {
         tracing::warn!(
             schema = self.name(instance),
             "goes on with the build before {build}: {reason}"

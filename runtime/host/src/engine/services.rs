@@ -2,25 +2,25 @@
 
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
-use std::sync::{MutexGuard, PoisonError};
 
 use jde_abi::describe::Role;
 use jde_abi::raw;
-use jde_app::{Application, Binding, ChildTarget};
+use jde_app::{Application, Binding, ChildTarget, RoleId};
 use jde_board::Refused;
-use jde_core::{Policy, State};
+use jde_core::{GroupId, Policy, SchemaId, State};
 use jde_records::event::What;
 use jde_records::turn::{FatherOperation, Moment, Turn, TurnKind};
+use parking_lot::MutexGuard;
 
-use super::{Engine, schema};
+use super::Engine;
 use crate::instance::NoValue;
 
 /// A father's request for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ChildRequest {
-    pub(crate) father: usize,
-    pub(crate) role: usize,
-    pub(crate) child: usize,
+    pub(crate) father: SchemaId,
+    pub(crate) role: RoleId,
+    pub(crate) child: SchemaId,
     pub(crate) awake: bool,
 }
 
@@ -31,8 +31,8 @@ pub(crate) enum FatherAction {
     Child(ChildRequest),
     /// It changes the policy of a group.
     Policy {
-        father: usize,
-        group: usize,
+        father: SchemaId,
+        group: GroupId,
         policy: Policy,
     },
 }
@@ -43,18 +43,24 @@ impl FatherAction {
         match *self {
             Self::Child(ChildRequest {
                 child, awake: true, ..
-            }) => FatherOperation::Woke { child: child as u64 },
+            }) => FatherOperation::Woke {
+                child: child.0.into(),
+            },
             Self::Child(ChildRequest {
                 child, awake: false, ..
-            }) => FatherOperation::PutToSleep { child: child as u64 },
-            Self::Policy { group, .. } => FatherOperation::ChangedPolicy { group: group as u64 },
+            }) => FatherOperation::PutToSleep {
+                child: child.0.into(),
+            },
+            Self::Policy { group, .. } => FatherOperation::ChangedPolicy {
+                group: group.0.into(),
+            },
         }
     }
 }
 
 impl Engine {
     /// Wakes a child or puts it to sleep for its father. Returns a status of the ABI.
-    pub(crate) fn request_child(&self, father: usize, role: usize, awake: bool) -> i32 {
+    pub(crate) fn request_child(&self, father: SchemaId, role: RoleId, awake: bool) -> i32 {
         let child = match self.child_of_role(father, role) {
             Ok(child) => child,
             Err(status) => return status,
@@ -67,9 +73,7 @@ impl Engine {
         };
         if let Some(deferred) = &mut *self.deferred_actions() {
             deferred.push(FatherAction::Child(request));
-            let may = self
-                .rules
-                .read(|rules| rules.hierarchy.has_authority(schema(father)));
+            let may = self.rules.read(|rules| rules.hierarchy.has_authority(father));
             return if may { raw::OK } else { raw::REFUSED };
         }
         self.apply_child_request(request)
@@ -83,11 +87,11 @@ impl Engine {
             child,
             awake,
         } = request;
-        let (result, moment) = self.rules.transact_if_any(|hierarchy, now, out| {
+        let (result, moment) = self.rules.transact_if_any(|transaction| {
             if awake {
-                hierarchy.wake(now, schema(father), schema(child), out)
+                transaction.wake(father, child)
             } else {
-                hierarchy.sleep(now, schema(father), schema(child), out)
+                transaction.sleep(father, child)
             }
         });
         self.record_father_action(father, &FatherAction::Child(request), moment);
@@ -117,13 +121,12 @@ impl Engine {
     }
 
     /// State of a child, and whether it is faulted.
-    pub(crate) fn child_status(&self, father: usize, role: usize) -> Result<(State, bool), i32> {
-        let number = self.child_of_role(father, role)?;
-        let child = schema(number);
+    pub(crate) fn child_status(&self, father: SchemaId, role: RoleId) -> Result<(State, bool), i32> {
+        let child = self.child_of_role(father, role)?;
         let requested = self.deferred_actions().as_ref().and_then(|deferred| {
             let mut requested = deferred.iter().rev();
             requested.find_map(|action| match action {
-                FatherAction::Child(request) if request.child == number => Some(request.awake),
+                FatherAction::Child(request) if request.child == child => Some(request.awake),
                 FatherAction::Child(_) | FatherAction::Policy { .. } => None,
             })
         });
@@ -141,13 +144,11 @@ impl Engine {
     }
 
     fn deferred_actions(&self) -> MutexGuard<'_, Option<Vec<FatherAction>>> {
-        self.deferred_actions
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.deferred_actions.lock()
     }
 
     /// Changes the policy of the group in which that child competes, for the father.
-    pub(crate) fn set_policy(&self, father: usize, role: usize, policy: Policy) -> i32 {
+    pub(crate) fn set_policy(&self, father: SchemaId, role: RoleId, policy: Policy) -> i32 {
         if let Err(status) = self.child_of_role(father, role) {
             return status;
         }
@@ -176,19 +177,19 @@ impl Engine {
                 policy,
             } => (father, group, policy),
         };
-        let (changed, moment) = self.rules.transact_if_any(|hierarchy, now, out| {
-            hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
-        });
+        let (changed, moment) = self
+            .rules
+            .transact_if_any(|transaction| transaction.set_policy(group, policy));
         self.record_father_action(father, &action, moment);
         if changed.is_err() {
             return raw::BAD_ARGUMENT;
         }
-        self.rules.renew_contract(jde_core::GroupId(group as u32));
+        self.rules.renew_contract(group);
         raw::OK
     }
 
     /// Records a father's request as a turn, if it had effects.
-    fn record_father_action(&self, father: usize, action: &FatherAction, moment: Moment) {
+    fn record_father_action(&self, father: SchemaId, action: &FatherAction, moment: Moment) {
         if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
             let mut turn = Turn::new(TurnKind::FatherActed(action.operation()), father);
             turn.checked = moment;
@@ -198,13 +199,13 @@ impl Engine {
 
     /// Reports a refused command (R7), or a command or a child's modulation that was not finite or out of
     /// range.
-    pub(crate) fn report_refused_write(&self, instance: usize, port: usize, why: &Refused, first: bool) {
+    pub(crate) fn report_refused_write(&self, instance: SchemaId, port: usize, why: &Refused, first: bool) {
         self.count_refusal(instance, first, || {
             let field = matches!(why, Refused::NotFinite).then(|| self.not_finite_at(instance, port));
             let port = &self.application.instances[instance].schema.ports[port];
             let kind = match port.role {
                 Role::ChildModulation { .. } => "modulation",
-                Role::Import { .. }
+                Role::Import
                 | Role::Export { .. }
                 | Role::Modulation { .. }
                 | Role::Command { .. }
@@ -220,7 +221,7 @@ impl Engine {
     }
 
     /// Reports an export whose published value is none.
-    pub(crate) fn report_no_value(&self, instance: usize, port: usize, why: &NoValue, first: bool) {
+    pub(crate) fn report_no_value(&self, instance: SchemaId, port: usize, why: &NoValue, first: bool) {
         self.count_refusal(instance, first, || {
             let port = &self.application.instances[instance].schema.ports[port];
             format!("export `{}` retracted: {why}", port.name)
@@ -228,29 +229,29 @@ impl Engine {
     }
 
     /// The field that was not finite in the last write of a port.
-    fn not_finite_at(&self, instance: usize, port: usize) -> Option<String> {
+    fn not_finite_at(&self, instance: SchemaId, port: usize) -> Option<String> {
         let target = match self.application.instances[instance].bindings[port] {
             Binding::Actuator { target } => target,
             Binding::ChildModulation {
-                target: Some(ChildTarget::Port(child, modulation)),
-            } => Some((child, modulation)),
+                target: Some(ChildTarget::Port(modulation)),
+            } => Some(modulation),
             Binding::ChildModulation { .. }
             | Binding::Import { .. }
             | Binding::Export
             | Binding::Modulation { .. }
             | Binding::Command => None,
         };
-        let (owner, port) = target?;
-        self.variables.of(owner, port)?.not_finite_at()
+        let target = target?;
+        self.variables.of(target)?.not_finite_at()
     }
 
     /// A number that depends only on the application's seed and the instance's name.
-    pub(crate) fn seed_of(&self, instance: usize) -> u64 {
+    pub(crate) fn seed_of(&self, instance: SchemaId) -> u64 {
         seed_of(&self.application, instance)
     }
 
     /// Logs a plugin's message under the instance's name.
-    pub(crate) fn log(&self, instance: usize, level: u32, text: &str) {
+    pub(crate) fn log(&self, instance: SchemaId, level: u32, text: &str) {
         let schema = self.name(instance);
         match level {
             raw::TRACE => tracing::trace!(target: "jde::schema", schema, "{text}"),
@@ -262,7 +263,7 @@ impl Engine {
     }
 
     /// Counts a refusal, and reports only the first of consecutive ones.
-    fn count_refusal(&self, instance: usize, first: bool, what: impl FnOnce() -> String) {
+    fn count_refusal(&self, instance: SchemaId, first: bool, what: impl FnOnce() -> String) {
         self.metrics[instance].refused.fetch_add(1, Ordering::Relaxed);
         if !first {
             return;
@@ -275,20 +276,18 @@ impl Engine {
         });
     }
 
-    fn refused_requests(&self) -> MutexGuard<'_, BTreeSet<(usize, usize)>> {
-        self.refused_requests
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+    fn refused_requests(&self) -> MutexGuard<'_, BTreeSet<(SchemaId, RoleId)>> {
+        self.refused_requests.lock()
     }
 
-    fn child_of_role(&self, father: usize, role: usize) -> Result<usize, i32> {
+    fn child_of_role(&self, father: SchemaId, role: RoleId) -> Result<SchemaId, i32> {
         let children = &self.application.instances[father].children;
         children.get(role).ok_or(raw::BAD_ARGUMENT)?.ok_or(raw::UNBOUND)
     }
 }
 
 /// A number that depends only on the application's seed and the instance's name (FNV-1a, Fowler, Noll, Vo).
-pub(super) fn seed_of(application: &Application, instance: usize) -> u64 {
+pub(super) fn seed_of(application: &Application, instance: SchemaId) -> u64 {
     let start = 0xcbf2_9ce4_8422_2325_u64;
     let name = application.instances[instance].name.bytes();
     let bytes = application.seed.to_le_bytes().into_iter().chain(name);

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_abi::describe::{Limits, Role};
-use jde_app::{Application, Binding, ChildTarget, ImportSource, period};
+use jde_abi::raw;
+use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig, InstancePort, period};
 use jde_board::{Access, Board, Declaration, Error, LASTING, Variable, Watch};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_loader::AlignedBytes;
 use jde_types::Value;
 
@@ -22,12 +23,12 @@ const SPARE_READERS: usize = 8;
 /// host.
 const SPARE_WRITERS: usize = 2;
 
-/// The variables of every instance, by its number.
+/// The variables of every instance.
 pub(crate) struct Variables {
-    ports: Vec<Vec<Option<Arc<Variable>>>>,
-    periods: Vec<Arc<Variable>>,
+    ports: Table<SchemaId, Vec<Option<Arc<Variable>>>>,
+    periods: Table<SchemaId, Arc<Variable>>,
     remotes: Vec<Arc<Variable>>,
-    faults: Vec<Arc<ExportFaults>>,
+    faults: Table<SchemaId, Arc<ExportFaults>>,
     /// The exports whose values expire.
     expiring: Vec<Arc<Variable>>,
     /// The shortest validity of them, ns.
@@ -36,19 +37,19 @@ pub(crate) struct Variables {
 
 impl Variables {
     /// The variable of an instance's own export, modulation or command.
-    pub(crate) fn of(&self, instance: usize, port: usize) -> Option<&Arc<Variable>> {
-        self.ports[instance].get(port)?.as_ref()
+    pub(crate) fn of(&self, port: InstancePort) -> Option<&Arc<Variable>> {
+        self.ports[port.instance].get(port.port)?.as_ref()
     }
 
     /// Ends the values of the exports of an instance that expire, because it sleeps (R19). Returns those whose readers
     /// lost a value, to be reported outside of the rules' lock.
-    pub(crate) fn close_exports(&self, instance: usize) -> impl Iterator<Item = Arc<Variable>> {
+    pub(crate) fn close_exports(&self, instance: SchemaId) -> impl Iterator<Item = Arc<Variable>> {
         let own = self.ports[instance].iter().flatten();
         own.filter(|variable| variable.close()).cloned()
     }
 
     /// Shows what an instance exports from now on, because it awakes.
-    pub(crate) fn open_exports(&self, instance: usize) {
+    pub(crate) fn open_exports(&self, instance: SchemaId) {
         self.ports[instance]
             .iter()
             .flatten()
@@ -89,7 +90,7 @@ impl Variables {
     }
 
     /// Retracts the exports of an instance.
-    pub(crate) fn retract_exports(&self, instance: usize) {
+    pub(crate) fn retract_exports(&self, instance: SchemaId) {
         self.ports[instance]
             .iter()
             .flatten()
@@ -99,16 +100,14 @@ impl Variables {
     /// The variable that an import reads.
     pub(crate) fn source(&self, source: ImportSource) -> &Arc<Variable> {
         match source {
-            ImportSource::Local(instance, port) => {
-                self.of(instance, port).expect("imports are bound to variables")
-            }
+            ImportSource::Local(port) => self.of(port).expect("imports are bound to variables"),
             ImportSource::Remote(remote) => &self.remotes[remote],
         }
     }
 
     /// The newest published period of an instance, ns; it counts from the next iteration. `None` if it is not
     /// valid: an invalid period from a father leaves the period as it was.
-    pub(crate) fn newest_period(&self, instance: usize) -> Option<Nanos> {
+    pub(crate) fn newest_period(&self, instance: SchemaId) -> Option<Nanos> {
         let seconds = self.periods[instance]
             .reader("host")
             .latch(0)?
@@ -119,12 +118,12 @@ impl Variables {
     }
 
     /// The exports of an instance that fail.
-    pub(crate) fn faults(&self, instance: usize) -> &Arc<ExportFaults> {
+    pub(crate) fn faults(&self, instance: SchemaId) -> &Arc<ExportFaults> {
         &self.faults[instance]
     }
 
     /// The period of an instance, seconds.
-    pub(crate) fn period(&self, instance: usize) -> &Arc<Variable> {
+    pub(crate) fn period(&self, instance: SchemaId) -> &Arc<Variable> {
         &self.periods[instance]
     }
 }
@@ -133,46 +132,43 @@ impl Variables {
 pub(super) fn wire(
     application: &Application,
     board: &Board,
-) -> Result<(Variables, Vec<Ports>, Commands), Error> {
-    let users = UsageCounts::count(application);
+) -> Result<(Variables, Table<SchemaId, Ports>, Commands), Error> {
+    let uses = Uses::count(application);
     let mut variables = Variables {
-        ports: Vec::new(),
-        periods: Vec::new(),
+        ports: Table::default(),
+        periods: Table::default(),
         remotes: Vec::new(),
-        faults: application.instances.iter().map(|_| Arc::default()).collect(),
+        faults: application.instances.map_ids(|_| Arc::default()),
         expiring: Vec::new(),
         shortest_validity: LASTING,
     };
-    for (number, instance) in application.instances.iter().enumerate() {
+    for (number, instance) in application.instances.entries() {
         let mut own = Vec::new();
         for (place, port) in instance.schema.ports.iter().enumerate() {
-            let writers = users.writers[number][place];
+            let usage = &uses.ports[number][place];
             let (access, initial, writers) = match (&port.role, &instance.bindings[place]) {
                 (Role::Export { .. }, _) => {
                     let validity = instance.validity_ns(place);
                     (Access::Export { validity }, None, 1)
                 }
-                (Role::Modulation { .. }, Binding::Modulation { initial, .. }) => {
-                    (Access::Modulation, Some(initial.clone()), writers + SPARE_WRITERS)
-                }
-                (
-                    Role::Command {
-                        validity_ns, neutral, ..
-                    },
-                    _,
-                ) => (
+                (Role::Modulation { .. }, Binding::Modulation { initial, .. }) => (
+                    Access::Modulation,
+                    Some(initial.clone()),
+                    usage.writers + SPARE_WRITERS,
+                ),
+                (Role::Command { validity_ns, neutral }, _) => (
                     Access::Command {
                         validity: *validity_ns,
                     },
                     Some(neutral.clone()),
-                    writers + SPARE_WRITERS,
+                    usage.writers + SPARE_WRITERS,
                 ),
                 _ => {
                     own.push(None);
                     continue;
                 }
             };
-            let declare = if users.isolated[number][place] && port.value_type.bytes > MAX_INLINE_BYTES {
+            let declare = if usage.is_isolated && port.value_type.bytes > MAX_INLINE_BYTES {
                 Board::declare_shared
             } else {
                 Board::declare
@@ -192,7 +188,7 @@ pub(super) fn wire(
                     },
                     initial,
                     writers,
-                    readers: users.readers[number][place] + SPARE_READERS,
+                    readers: usage.readers + SPARE_READERS,
                 },
             );
             own.push(Some(declared?));
@@ -211,14 +207,13 @@ pub(super) fn wire(
                 ..Limits::default()
             },
             initial: Some((instance.period_ns as f64 / 1e9).to_ne_bytes().to_vec()),
-            writers: users.period_writers[number] + SPARE_WRITERS,
+            writers: uses.period_writers[number] + SPARE_WRITERS,
             readers: SPARE_READERS,
         })?);
     }
-    let remotes = application.remotes.iter().zip(&users.remote_readers);
-    for ((remote, readers), apart) in remotes.zip(&users.remote_isolated) {
+    for (remote, usage) in application.remotes.iter().zip(&uses.remotes) {
         let (owner, name) = remote.parts();
-        let declare = if *apart && remote.value_type.bytes > MAX_INLINE_BYTES {
+        let declare = if usage.is_isolated && remote.value_type.bytes > MAX_INLINE_BYTES {
             Board::declare_shared
         } else {
             Board::declare
@@ -237,31 +232,32 @@ pub(super) fn wire(
                 limits: Limits::default(),
                 initial: None,
                 writers: 1,
-                readers: readers + SPARE_READERS,
+                readers: usage.readers + SPARE_READERS,
             },
         );
         variables.remotes.push(declared?);
     }
     variables.find_expiring();
     let states = guard_states(application, &variables);
-    let ports = (0..application.instances.len())
-        .map(|number| ports(application, &variables, &states, number))
-        .collect::<Result<Vec<_>, _>>()?;
+    let ports = application.instances.ids();
+    let ports = ports
+        .map(|instance| ports_of(application, &variables, &states, instance))
+        .collect::<Result<_, _>>()?;
     let commands = commands(application, &variables);
     Ok((variables, ports, commands))
 }
 
 /// Signals an instance for each import and each command that triggers it (R12), and for its period.
-pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<Watch> {
+pub(super) fn watch_triggers(engine: &Engine, notifier: &Arc<dyn Notifier>) -> Vec<Watch> {
     let mut watches = Vec::new();
-    for (number, instance) in engine.application.instances.iter().enumerate() {
-        let ring = |signal: fn() -> Signal| {
-            let bells = Arc::downgrade(bells);
+    for (number, instance) in engine.application.instances.entries() {
+        let notify = |signal: fn() -> Signal| {
+            let notifier = Arc::downgrade(notifier);
             move || {
-                if let Some(bells) = bells.upgrade() {
+                if let Some(notifier) = notifier.upgrade() {
                     let signal = signal();
-                    if bells.post(number, signal) {
-                        bells.notify(number);
+                    if notifier.post(number, signal) {
+                        notifier.notify(number);
                     }
                 }
             }
@@ -276,35 +272,36 @@ pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<
                 let variable = engine.variables.source(*source);
                 // The end of a value triggers every reader (R19).
                 watches.push(if *trigger {
-                    variable.watch(ring(|| Signal::Triggered))
+                    variable.watch(notify(|| Signal::Triggered))
                 } else {
-                    variable.watch_end(ring(|| Signal::Triggered))
+                    variable.watch_end(notify(|| Signal::Triggered))
                 });
             }
         }
         for (place, port) in instance.schema.ports.iter().enumerate() {
-            if matches!(port.role, Role::Command { trigger: true, .. })
-                && let Some(variable) = engine.variables.of(number, place)
+            if matches!(port.role, Role::Command { .. })
+                && port.has(raw::TRIGGER)
+                && let Some(variable) = engine.variables.of(InstancePort::new(number, place))
             {
-                watches.push(variable.watch(ring(|| Signal::Triggered)));
+                watches.push(variable.watch(notify(|| Signal::Triggered)));
             }
         }
         let period = engine.variables.period(number);
-        watches.push(period.watch(ring(|| Signal::PeriodChanged)));
+        watches.push(period.watch(notify(|| Signal::PeriodChanged)));
     }
     watches
 }
 
-fn ports(
+fn ports_of(
     application: &Application,
     variables: &Variables,
-    states: &BTreeMap<usize, Arc<GuardState>>,
-    number: usize,
+    states: &BTreeMap<SchemaId, Arc<GuardState>>,
+    number: SchemaId,
 ) -> Result<Ports, Error> {
     let instance = &application.instances[number];
-    let id = number as u32;
-    let variable =
-        |(owner, port): (usize, usize)| variables.of(owner, port).expect("bindings name variables");
+    let id = number.0;
+    let variable = |port| variables.of(port).expect("bindings name variables");
+    let own = |port| InstancePort::new(number, port);
     let foreign = |variable: &Arc<Variable>, guards: Arc<[PortGuard]>| -> Result<BoundPort, Error> {
         Ok(BoundPort::ForeignOutput {
             writer: variable.writer(id, &instance.name)?,
@@ -314,7 +311,7 @@ fn ports(
             limited_at: None,
         })
     };
-    let guard = |guard: usize, commanders: Vec<u32>| PortGuard::new(guard, &states[&guard], commanders);
+    let guard = |guard: SchemaId, commanders: Vec<u32>| PortGuard::new(guard, &states[&guard], commanders);
     let mut ports = Vec::new();
     for (place, binding) in instance.bindings.iter().enumerate() {
         ports.push(match binding {
@@ -330,28 +327,28 @@ fn ports(
                 BoundPort::Input(reader.with_stale(stale_ns.unwrap_or(Nanos::MAX)))
             }
             Binding::Modulation { .. } => {
-                let reader = variable((number, place)).reader(&instance.name);
-                match instance.schema.ports[place].role {
-                    Role::Modulation { fixed: true, .. } => BoundPort::Fixed(reader),
-                    _ => BoundPort::Input(reader),
+                let reader = variable(own(place)).reader(&instance.name);
+                match instance.schema.ports[place].has(raw::FIXED) {
+                    true => BoundPort::Fixed(reader),
+                    false => BoundPort::Input(reader),
                 }
             }
             Binding::Command => {
                 let Role::Command { neutral, .. } = &instance.schema.ports[place].role else {
                     unreachable!("a command is bound as one")
                 };
-                let reader = variable((number, place)).reader(&instance.name);
+                let reader = variable(own(place)).reader(&instance.name);
                 BoundPort::Command {
                     reader,
                     neutral: AlignedBytes::new(neutral),
                     in_force: None,
                     driver: id,
-                    guards: guards_of_command(application, (number, place))
+                    guards: guards_of_command(application, own(place))
                         .map(|(number, commanders)| guard(number, commanders))
                         .collect(),
                 }
             }
-            Binding::Export => BoundPort::Output(variable((number, place)).writer(id, &instance.name)?),
+            Binding::Export => BoundPort::Output(variable(own(place)).writer(id, &instance.name)?),
             Binding::Actuator { target: Some(target) } => {
                 let guards = application.guards(number, *target).into_iter();
                 let mut port = foreign(
@@ -364,8 +361,8 @@ fn ports(
                 port
             }
             Binding::ChildModulation {
-                target: Some(ChildTarget::Port(child, port)),
-            } => foreign(variable((*child, *port)), Arc::default())?,
+                target: Some(ChildTarget::Port(port)),
+            } => foreign(variable(*port), Arc::default())?,
             Binding::ChildModulation {
                 target: Some(ChildTarget::Period(child)),
             } => foreign(variables.period(*child), Arc::default())?,
@@ -378,14 +375,14 @@ fn ports(
             // What plays a recording takes commands, too, and does not follow them.
             let commands = instance.bindings.iter().enumerate();
             let commands = commands
-                .map(|(command, binding)| ((number, command), binding))
+                .map(|(command, binding)| (own(command), binding))
                 .filter(|(command, binding)| {
                     matches!(binding, Binding::Command) && command_limits(application, *command).is_some()
                 })
                 .map(|(command, _)| variable(command));
             ports
                 .measurements
-                .add(place, variable((number, place)), odometry, commands);
+                .add(place, variable(own(place)), odometry, commands);
         }
     }
     if let Some(state) = states.get(&number) {
@@ -396,16 +393,17 @@ fn ports(
 
 fn commands(application: &Application, variables: &Variables) -> Commands {
     let mut commands = Vec::new();
-    for (driver, instance) in application.instances.iter().enumerate() {
+    for (driver, instance) in application.instances.entries() {
         for (place, port) in instance.schema.ports.iter().enumerate() {
             let Role::Command { neutral, .. } = &port.role else {
                 continue;
             };
-            let variable = Arc::clone(variables.of(driver, place).expect("commands are variables"));
+            let command = InstancePort::new(driver, place);
+            let variable = Arc::clone(variables.of(command).expect("commands are variables"));
             let target = Binding::Actuator {
-                target: Some((driver, place)),
+                target: Some(command),
             };
-            let commanders = application.instances.iter().enumerate();
+            let commanders = application.instances.entries();
             commands.push(Command {
                 driver,
                 newest: variable.reader("host"),
@@ -423,71 +421,61 @@ fn commands(application: &Application, variables: &Variables) -> Commands {
     Commands::new(commands)
 }
 
-/// The number of readers and writers of each variable, and whether one of them has a process of its own.
-struct UsageCounts {
-    readers: Vec<Vec<usize>>,
-    writers: Vec<Vec<usize>>,
-    period_writers: Vec<usize>,
-    remote_readers: Vec<usize>,
-    isolated: Vec<Vec<bool>>,
-    remote_isolated: Vec<bool>,
+/// How many read and write a variable, and whether one of them has a process of its own.
+#[derive(Clone, Default)]
+struct Usage {
+    readers: usize,
+    writers: usize,
+    is_isolated: bool,
 }
 
-impl UsageCounts {
+/// The use of each variable.
+struct Uses {
+    ports: Table<SchemaId, Vec<Usage>>,
+    period_writers: Table<SchemaId, usize>,
+    remotes: Vec<Usage>,
+}
+
+impl Uses {
     fn count(application: &Application) -> Self {
-        let zeros = || {
-            application
-                .instances
-                .iter()
-                .map(|instance| vec![0; instance.bindings.len()])
-                .collect()
+        let unused = |instance: &InstanceConfig| {
+            let usage = Usage {
+                is_isolated: instance.isolate.is_some(),
+                ..Usage::default()
+            };
+            vec![usage; instance.bindings.len()]
         };
-        let mut users = Self {
-            readers: zeros(),
-            writers: zeros(),
-            period_writers: vec![0; application.instances.len()],
-            remote_readers: vec![0; application.remotes.len()],
-            isolated: application
-                .instances
-                .iter()
-                .map(|instance| vec![instance.isolate.is_some(); instance.bindings.len()])
-                .collect(),
-            remote_isolated: vec![false; application.remotes.len()],
+        let mut uses = Self {
+            ports: application.instances.iter().map(unused).collect(),
+            period_writers: application.instances.map_ids(|_| 0),
+            remotes: vec![Usage::default(); application.remotes.len()],
         };
-        for (number, instance) in application.instances.iter().enumerate() {
-            let apart = instance.isolate.is_some();
+        for (number, instance) in application.instances.entries() {
+            let is_isolated = instance.isolate.is_some();
             for (place, binding) in instance.bindings.iter().enumerate() {
                 match binding {
                     Binding::Import {
-                        source: Some(ImportSource::Local(owner, port)),
-                        ..
+                        source: Some(source), ..
                     } => {
-                        users.readers[*owner][*port] += 1;
-                        users.isolated[*owner][*port] |= apart;
+                        let usage = match *source {
+                            ImportSource::Local(port) => &mut uses.ports[port.instance][port.port],
+                            ImportSource::Remote(remote) => &mut uses.remotes[remote],
+                        };
+                        usage.readers += 1;
+                        usage.is_isolated |= is_isolated;
                     }
-                    Binding::Import {
-                        source: Some(ImportSource::Remote(remote)),
-                        ..
-                    } => {
-                        users.remote_readers[*remote] += 1;
-                        users.remote_isolated[*remote] |= apart;
-                    }
-                    Binding::Modulation { .. } => users.readers[number][place] += 1,
-                    Binding::Command => users.readers[number][place] += 1,
-                    Binding::Actuator {
-                        target: Some((owner, port)),
-                    }
+                    Binding::Modulation { .. } | Binding::Command => uses.ports[number][place].readers += 1,
+                    Binding::Actuator { target: Some(port) }
                     | Binding::ChildModulation {
-                        target: Some(ChildTarget::Port(owner, port)),
+                        target: Some(ChildTarget::Port(port)),
                     } => {
-                        users.writers[*owner][*port] += 1;
-                        users.isolated[*owner][*port] |= apart;
+                        let usage = &mut uses.ports[port.instance][port.port];
+                        usage.writers += 1;
+                        usage.is_isolated |= is_isolated;
                     }
                     Binding::ChildModulation {
-                        target: Some(ChildTarget::Period(owner)),
-                    } => {
-                        users.period_writers[*owner] += 1;
-                    }
+                        target: Some(ChildTarget::Period(child)),
+                    } => uses.period_writers[*child] += 1,
                     Binding::Import { source: None, .. }
                     | Binding::Export
                     | Binding::Actuator { target: None }
@@ -495,6 +483,6 @@ impl UsageCounts {
                 }
             }
         }
-        users
+        uses
     }
 }

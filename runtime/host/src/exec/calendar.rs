@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 
 /// A turn may begin up to a thousandth of its period after its deadline, if that saves a sleep between two
 /// turns.
@@ -12,22 +12,22 @@ const MAX_LEEWAY: Nanos = 50_000;
 
 /// All deadlines, ordered by time and by instance.
 pub(super) struct Calendar {
-    entries: BTreeSet<(Nanos, usize)>,
-    due: Vec<Option<Nanos>>,
-    leeway: Vec<Nanos>,
+    entries: BTreeSet<(Nanos, SchemaId)>,
+    due: Table<SchemaId, Option<Nanos>>,
+    leeway: Table<SchemaId, Nanos>,
 }
 
 impl Calendar {
     pub(super) fn new(instances: usize) -> Self {
         Self {
             entries: BTreeSet::new(),
-            due: vec![None; instances],
-            leeway: vec![0; instances],
+            due: vec![None; instances].into(),
+            leeway: vec![0; instances].into(),
         }
     }
 
     /// Sets the only deadline of an instance. Its turn may be delayed by up to `leeway`, ns.
-    pub(super) fn set_due(&mut self, instance: usize, due: Option<Nanos>, leeway: Nanos) {
+    pub(super) fn set_due(&mut self, instance: SchemaId, due: Option<Nanos>, leeway: Nanos) {
         self.remove(instance);
         self.entries.extend(due.map(|due| (due, instance)));
         self.due[instance] = due;
@@ -35,14 +35,14 @@ impl Calendar {
     }
 
     /// Removes the deadline of an instance.
-    pub(super) fn remove(&mut self, instance: usize) {
+    pub(super) fn remove(&mut self, instance: SchemaId) {
         if let Some(due) = self.due[instance].take() {
             self.entries.remove(&(due, instance));
         }
     }
 
     /// Removes and returns the instance that is due first, if it is due by now.
-    pub(super) fn pop_due(&mut self, now: Nanos) -> Option<usize> {
+    pub(super) fn pop_due(&mut self, now: Nanos) -> Option<SchemaId> {
         let &(due, instance) = self.entries.first()?;
         if due > now {
             return None;
@@ -81,7 +81,7 @@ mod tests {
     /// Instances with their deadlines and leeways.
     fn calendar(entries: &[(Nanos, Nanos)]) -> Calendar {
         let mut calendar = Calendar::new(entries.len());
-        for (instance, (due, leeway)) in entries.iter().enumerate() {
+        for (instance, (due, leeway)) in (0..).map(SchemaId).zip(entries) {
             calendar.set_due(instance, Some(*due), *leeway);
         }
         calendar
@@ -91,16 +91,16 @@ mod tests {
     fn due_instances_are_returned_once_in_the_order_of_their_deadlines() {
         let mut calendar = calendar(&[(30, 0), (10, 0), (20, 0)]);
         assert_eq!(calendar.pop_due(9), None);
-        assert_eq!(calendar.pop_due(20), Some(1));
-        assert_eq!(calendar.pop_due(20), Some(2));
+        assert_eq!(calendar.pop_due(20), Some(SchemaId(1)));
+        assert_eq!(calendar.pop_due(20), Some(SchemaId(2)));
         assert_eq!(calendar.pop_due(29), None);
-        calendar.set_due(0, Some(40), 0);
+        calendar.set_due(SchemaId(0), Some(40), 0);
         assert_eq!(
             calendar.pop_due(39),
             None,
             "the new deadline replaces the old one"
         );
-        calendar.remove(0);
+        calendar.remove(SchemaId(0));
         assert_eq!(calendar.pop_due(Nanos::MAX), None);
         assert_eq!(calendar.next_wakeup(), None);
     }

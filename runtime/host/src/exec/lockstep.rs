@@ -4,11 +4,12 @@
 //! Calls take no virtual time, so nothing overruns, and a call that never returns stops the whole run.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_records::event::Outcome;
+use parking_lot::Mutex;
 
 use crate::engine::{Engine, Notifier, Signal};
 use crate::inbox::Inbox;
@@ -17,7 +18,7 @@ use crate::turn_order::turn_order;
 
 /// The signals in the order of their arrival, and the time of the rules' next timer.
 pub(crate) struct SignalQueue {
-    signals: Mutex<VecDeque<(usize, Signal)>>,
+    signals: Mutex<VecDeque<(SchemaId, Signal)>>,
     /// Whether the queue may contain signals. Checked after every turn, which rarely causes one.
     has_signals: AtomicBool,
     /// [`NEVER`] if no timer runs.
@@ -31,22 +32,22 @@ const NEVER: Nanos = Nanos::MAX;
 pub(crate) struct LockstepExecutor {
     engine: Arc<Engine>,
     queue: Arc<SignalQueue>,
-    runners: Vec<Runner>,
-    due: Vec<Option<Nanos>>,
+    runners: Table<SchemaId, Runner>,
+    due: Table<SchemaId, Option<Nanos>>,
     /// The last instant at which each instance was triggered, and how often at that instant.
-    triggered: Vec<(Nanos, usize)>,
+    triggered: Table<SchemaId, (Nanos, usize)>,
     /// The order in which instances run when several are due.
-    order: Vec<usize>,
+    order: Vec<SchemaId>,
     /// No value of before expires sooner.
     next_expiry: Nanos,
 }
 
 impl Notifier for SignalQueue {
     /// Several values that arrive before their reader has run trigger it once, as in real time.
-    fn post(&self, instance: usize, signal: Signal) -> bool {
-        let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
+    fn post(&self, instance: SchemaId, signal: Signal) -> bool {
+        let mut signals = self.signals.lock();
         let is_same =
-            |(other, signal): &(usize, Signal)| *other == instance && matches!(signal, Signal::Triggered);
+            |(other, signal): &(SchemaId, Signal)| *other == instance && matches!(signal, Signal::Triggered);
         if !(matches!(signal, Signal::Triggered) && signals.iter().any(is_same)) {
             signals.push_back((instance, signal));
             self.has_signals.store(true, Ordering::Release);
@@ -55,7 +56,7 @@ impl Notifier for SignalQueue {
     }
 
     /// No thread waits: the thread that posted the signal runs the turn.
-    fn notify(&self, _: usize) {}
+    fn notify(&self, _: SchemaId) {}
 
     /// Stores the time, so that an instant need not query the rules for it.
     fn set_timer(&self, next: Option<Nanos>) -> bool {
@@ -82,11 +83,11 @@ impl SignalQueue {
         Some(self.alarm.load(Ordering::Acquire)).filter(|timer| *timer != NEVER)
     }
 
-    pub(crate) fn pop(&self) -> Option<(usize, Signal)> {
+    pub(crate) fn pop(&self) -> Option<(SchemaId, Signal)> {
         if !self.has_signals.load(Ordering::Acquire) {
             return None;
         }
-        let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut signals = self.signals.lock();
         let signal = signals.pop_front();
         if signal.is_none() {
             // Under the lock, so that a later signal sets the flag later.
@@ -97,13 +98,13 @@ impl SignalQueue {
 }
 
 impl LockstepExecutor {
-    pub(crate) fn new(engine: Arc<Engine>, runners: Vec<Runner>) -> Self {
+    pub(crate) fn new(engine: Arc<Engine>, runners: Table<SchemaId, Runner>) -> Self {
         let queue = Arc::new(SignalQueue::default());
         let notifier: Arc<dyn Notifier> = Arc::clone(&queue) as _;
         engine.attach(&notifier);
         let order = turn_order(&engine.application.instances);
-        let due = vec![None; runners.len()];
-        let triggered = vec![(0, 0); runners.len()];
+        let due = runners.map_ids(|_| None);
+        let triggered = runners.map_ids(|_| (0, 0));
         Self {
             engine,
             queue,
@@ -198,7 +199,7 @@ impl LockstepExecutor {
     /// Draws the viewed panels of sleeping schemas. It takes no virtual time and has no effects.
     fn draw_asleep(&mut self) {
         if self.engine.panels.has_viewers() {
-            for runner in &mut self.runners {
+            for runner in self.runners.iter_mut() {
                 runner.draw_asleep();
             }
         }
@@ -206,7 +207,7 @@ impl LockstepExecutor {
 
     /// Whether an instance was triggered at this instant more often than the longest chain of schemas allows.
     /// Then schemas trigger each other in a cycle, which would never end in virtual time.
-    fn is_trigger_loop(&mut self, number: usize) -> bool {
+    fn is_trigger_loop(&mut self, number: SchemaId) -> bool {
         let now = self.engine.clock.now();
         let (instant, times) = &mut self.triggered[number];
         if *instant != now {
@@ -222,7 +223,7 @@ impl LockstepExecutor {
         is_loop
     }
 
-    fn take_turn(&mut self, number: usize, signals: Option<Inbox>) {
+    fn take_turn(&mut self, number: SchemaId, signals: Option<Inbox>) {
         self.due[number] = self.runners[number].take_turn(signals);
     }
 }

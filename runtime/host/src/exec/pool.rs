@@ -1,11 +1,12 @@
 //! A few worker threads for all schemas, and more only while calls take long.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
+use parking_lot::{Condvar, Mutex};
 
 use super::calendar::{Calendar, leeway};
 use super::capacity::{Capacity, GRACE};
@@ -28,7 +29,7 @@ pub(crate) struct Pool {
     schedule: Mutex<Schedule>,
     work: Condvar,
     idle: Condvar,
-    runners: Vec<Mutex<PooledRunner>>,
+    runners: Table<SchemaId, Mutex<PooledRunner>>,
     workers: Mutex<Workers>,
     alarm: Arc<Alarm>,
 }
@@ -49,15 +50,15 @@ struct Workers {
 }
 
 struct Schedule {
-    inboxes: Vec<Inbox>,
-    /// By instance, the worker that takes its turn.
-    busy: Vec<Option<usize>>,
+    inboxes: Table<SchemaId, Inbox>,
+    /// The worker that takes the turn of each instance.
+    busy: Table<SchemaId, Option<usize>>,
     /// Instances with signals that no worker has taken.
-    ready: VecDeque<usize>,
+    ready: VecDeque<SchemaId>,
     /// When the instances that are not busy are due.
     calendar: Calendar,
     /// When each instance's turn began, and the longest of its recent turns.
-    turns: Vec<TurnDurations>,
+    turns: Table<SchemaId, TurnDurations>,
     /// Until when the timer worker sleeps, which then serves the next deadline; `None` if there is no timer
     /// worker.
     timer_worker_until: Option<Nanos>,
@@ -81,8 +82,8 @@ struct TurnDurations {
 }
 
 impl Notifier for Pool {
-    fn post(&self, instance: usize, signal: Signal) -> bool {
-        let mut schedule = self.lock();
+    fn post(&self, instance: SchemaId, signal: Signal) -> bool {
+        let mut schedule = self.schedule.lock();
         // An instance with signals is in the queue already.
         let first = schedule.inboxes[instance].is_empty();
         schedule.inboxes[instance].push(signal);
@@ -93,7 +94,7 @@ impl Notifier for Pool {
         is_ready
     }
 
-    fn notify(&self, _: usize) {
+    fn notify(&self, _: SchemaId) {
         self.work.notify_one();
     }
 
@@ -109,7 +110,7 @@ impl Notifier for Pool {
 impl Pool {
     pub(crate) fn new(
         engine: &Arc<Engine>,
-        runners: Vec<Runner>,
+        runners: Table<SchemaId, Runner>,
         alarm: Arc<Alarm>,
     ) -> std::io::Result<Arc<Self>> {
         let count = runners.len();
@@ -119,11 +120,11 @@ impl Pool {
             .min(count)
             + 1;
         let schedule = Schedule {
-            inboxes: (0..count).map(|_| Inbox::default()).collect(),
-            busy: vec![None; count],
+            inboxes: runners.map_ids(|_| Inbox::default()),
+            busy: runners.map_ids(|_| None),
             ready: VecDeque::new(),
             calendar: Calendar::new(count),
-            turns: vec![TurnDurations::default(); count],
+            turns: runners.map_ids(|_| TurnDurations::default()),
             timer_worker_until: None,
             backup_worker_until: None,
             capacity: Capacity::new(workers, count),
@@ -157,7 +158,7 @@ impl Pool {
         let Some(pool) = self.this.upgrade() else {
             return Ok(());
         };
-        let mut workers = lock(&self.workers);
+        let mut workers = self.workers.lock();
         let worker = workers.started_count;
         let engine = Arc::clone(engine);
         let thread = Builder::new().name(format!("worker-{worker}"));
@@ -175,27 +176,27 @@ impl Pool {
     fn run(&self, engine: &Arc<Engine>, worker: usize) {
         jde_isolation::run_when_due();
         while let Some((number, inbox)) = self.next_turn(engine, worker) {
-            let runner = Arc::clone(&lock(&self.runners[number]).runner);
-            let mut runner = lock(&runner);
+            let runner = Arc::clone(&self.runners[number].lock().runner);
+            let mut runner = runner.lock();
             let due = runner.take_turn(Some(inbox));
             let period = runner.period();
             drop(runner);
             self.finish_turn(number, due, period, engine.clock.now());
         }
         // The shutdown does not join a worker that exits before it.
-        if !self.lock().is_stopping {
-            drop(lock(&self.workers).threads.remove(&worker));
+        if !self.schedule.lock().is_stopping {
+            drop(self.workers.lock().threads.remove(&worker));
         }
     }
 
     /// Starts more workers, which `capacity` counts already.
-    fn start_workers(&self, engine: &Arc<Engine>, number: usize) {
-        for started in 0..number {
+    fn start_workers(&self, engine: &Arc<Engine>, count: usize) {
+        for started in 0..count {
             let Err(error) = self.start_worker(engine) else {
                 continue;
             };
-            self.lock().capacity.remove_workers(number - started);
-            if !std::mem::replace(&mut lock(&self.workers).is_refused, true) {
+            self.schedule.lock().capacity.remove_workers(count - started);
+            if !std::mem::replace(&mut self.workers.lock().is_refused, true) {
                 tracing::error!("the system refuses a thread in place of those inside calls: {error}");
             }
             return;
@@ -203,8 +204,8 @@ impl Pool {
     }
 
     /// Waits for an instance that has signals or is due. Returns `None` when the worker must exit.
-    fn next_turn(&self, engine: &Arc<Engine>, worker: usize) -> Option<(usize, Inbox)> {
-        let mut schedule = self.lock();
+    fn next_turn(&self, engine: &Arc<Engine>, worker: usize) -> Option<(SchemaId, Inbox)> {
+        let mut schedule = self.schedule.lock();
         loop {
             if schedule.is_stopping {
                 return None;
@@ -233,14 +234,13 @@ impl Pool {
             }
             // One worker waits for the next deadline. One backup worker, possibly the last free one, waits
             // slightly longer. The others wait for a notification.
-            schedule = match (deferred_until, schedule.calendar.next_wakeup()) {
+            match (deferred_until, schedule.calendar.next_wakeup()) {
                 (None, Some(due)) if schedule.timer_worker_until.is_none_or(|until| due < until) => {
                     schedule.timer_worker_until = Some(due);
-                    let mut schedule = engine.clock.wait(&self.work, schedule, Some(due));
+                    engine.clock.wait(&self.work, &mut schedule, Some(due));
                     if schedule.timer_worker_until == Some(due) {
                         schedule.timer_worker_until = None;
                     }
-                    schedule
                 }
                 (_, due)
                     if deferred_until.is_some()
@@ -252,21 +252,20 @@ impl Pool {
                     let for_signals = deferred_until.filter(|_| !schedule.ready.is_empty());
                     schedule.backup_worker_until = for_signals.or(for_deadline);
                     let until = schedule.backup_worker_until;
-                    let mut schedule = engine.clock.wait(&self.work, schedule, until);
+                    engine.clock.wait(&self.work, &mut schedule, until);
                     schedule.backup_worker_until = None;
-                    schedule
                 }
                 _ if schedule.capacity.try_retire(now) => return None,
                 _ => {
                     let until = schedule.capacity.idle_until(now);
-                    engine.clock.wait(&self.work, schedule, until)
+                    engine.clock.wait(&self.work, &mut schedule, until);
                 }
             };
         }
     }
 
-    fn finish_turn(&self, number: usize, due: Option<Nanos>, period: Nanos, now: Nanos) {
-        let mut schedule = self.lock();
+    fn finish_turn(&self, number: SchemaId, due: Option<Nanos>, period: Nanos, now: Nanos) {
+        let mut schedule = self.schedule.lock();
         schedule.busy[number] = None;
         let is_short = schedule.turns[number].is_short;
         schedule.capacity.end_turn(is_short);
@@ -284,10 +283,6 @@ impl Pool {
         } else if schedule.idle_waiters > 0 {
             self.idle.notify_all();
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Schedule> {
-        lock(&self.schedule)
     }
 }
 
@@ -336,7 +331,7 @@ impl Schedule {
     }
 
     /// Takes an instance to run now; signals precede deadlines.
-    fn pop_ready(&mut self, now: Nanos) -> Option<usize> {
+    fn pop_ready(&mut self, now: Nanos) -> Option<SchemaId> {
         while let Some(number) = self.ready.pop_front() {
             if self.busy[number].is_none() && !self.inboxes[number].is_empty() {
                 self.calendar.remove(number);
@@ -348,16 +343,13 @@ impl Schedule {
 }
 
 impl ThreadExecutor for Pool {
-    fn wait_until_idle(&self, instance: usize, within: Duration) -> bool {
+    fn wait_until_idle(&self, instance: SchemaId, within: Duration) -> bool {
         let is_busy = |schedule: &mut Schedule| {
             schedule.busy[instance].is_some() || !schedule.inboxes[instance].is_empty()
         };
-        let mut schedule = self.lock();
+        let mut schedule = self.schedule.lock();
         schedule.idle_waiters += 1;
-        let (mut schedule, _) = self
-            .idle
-            .wait_timeout_while(schedule, within, is_busy)
-            .unwrap_or_else(PoisonError::into_inner);
+        self.idle.wait_while_for(&mut schedule, is_busy, within);
         schedule.idle_waiters -= 1;
         !is_busy(&mut schedule)
     }
@@ -366,22 +358,22 @@ impl ThreadExecutor for Pool {
     fn replace_runner(
         &self,
         engine: &Arc<Engine>,
-        instance: usize,
-        (since, guard): (Nanos, Option<usize>),
+        instance: SchemaId,
+        (since, guard): (Nanos, Option<SchemaId>),
         report: &mut dyn FnMut(u64),
     ) -> bool {
-        let call_handle = lock(&self.runners[instance]).call_handle.clone();
+        let call_handle = self.runners[instance].lock().call_handle.clone();
         let Some(runner) = call_handle.give_up(since, guard, report) else {
             return false;
         };
-        *lock(&self.runners[instance]) = PooledRunner::new(runner);
-        let Some(worker) = self.lock().busy[instance] else {
+        *self.runners[instance].lock() = PooledRunner::new(runner);
+        let Some(worker) = self.schedule.lock().busy[instance] else {
             // The instance hangs in its end, which runs on no worker.
             return true;
         };
         // The shutdown does not join this thread. If the call ever returns, the thread ends the remains of
         // the instance and exits.
-        drop(lock(&self.workers).threads.remove(&worker));
+        drop(self.workers.lock().threads.remove(&worker));
         self.finish_turn(instance, None, 0, engine.clock.now());
         // The abandoned worker may have been the timer worker, and does not take the work that waits.
         self.work.notify_one();
@@ -389,16 +381,16 @@ impl ThreadExecutor for Pool {
         true
     }
 
-    fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize> {
-        self.lock().is_stopping = true;
+    fn end_all(&self, engine: &Arc<Engine>) -> Vec<SchemaId> {
+        self.schedule.lock().is_stopping = true;
         self.work.notify_all();
-        let runners = self.runners.iter().enumerate().rev();
+        let runners = self.runners.entries().rev();
         let lost = shutdown::end_all(
             engine,
-            runners.map(|(number, pooled)| (number, Arc::clone(&lock(pooled).runner))),
+            runners.map(|(number, pooled)| (number, Arc::clone(&pooled.lock().runner))),
         );
         if lost.is_empty() {
-            let workers = std::mem::take(&mut *lock(&self.workers));
+            let workers = std::mem::take(&mut *self.workers.lock());
             for worker in workers.threads.into_values() {
                 // `run_guarded` has reported its panics.
                 let _ = worker.join();
@@ -408,10 +400,6 @@ impl ThreadExecutor for Pool {
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -419,13 +407,13 @@ mod tests {
     /// A schedule with one instance, due at that time.
     fn schedule_due_at(due: Nanos) -> Schedule {
         let mut calendar = Calendar::new(1);
-        calendar.set_due(0, Some(due), 0);
+        calendar.set_due(SchemaId(0), Some(due), 0);
         Schedule {
-            inboxes: Vec::new(),
-            busy: vec![None],
+            inboxes: Table::default(),
+            busy: vec![None].into(),
             ready: VecDeque::new(),
             calendar,
-            turns: vec![TurnDurations::default()],
+            turns: vec![TurnDurations::default()].into(),
             timer_worker_until: None,
             backup_worker_until: None,
             capacity: Capacity::new(2, 1),
@@ -478,7 +466,7 @@ mod tests {
             !schedule.needs_another_worker(0, None),
             "the timer worker serves the deadline"
         );
-        schedule.ready.push_back(0);
+        schedule.ready.push_back(SchemaId(0));
         assert!(schedule.needs_another_worker(0, None), "a signal waits");
     }
 

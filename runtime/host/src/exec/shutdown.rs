@@ -2,20 +2,27 @@
 //! the next. It ends no thread: a hung instance keeps the thread it is on.
 
 use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::thread::Builder;
+
+use jde_core::SchemaId;
+use parking_lot::Mutex;
 
 use super::supervisor::{REST_TIMEOUT, run_guarded};
 use crate::engine::Engine;
 use crate::runner::Runner;
 
-/// An instance's number and its runner.
-type NumberedRunner = (usize, Arc<Mutex<Runner>>);
+/// An instance and its runner.
+type NumberedRunner = (SchemaId, Arc<Mutex<Runner>>);
 
 /// Ends instances in this order. Returns the instances that are abandoned: inside a call, or hung in their
 /// end.
-pub(super) fn end_all(engine: &Arc<Engine>, runners: impl IntoIterator<Item = NumberedRunner>) -> Vec<usize> {
+pub(super) fn end_all(
+    engine: &Arc<Engine>,
+    runners: impl IntoIterator<Item = NumberedRunner>,
+) -> Vec<SchemaId> {
     let runners: Arc<Mutex<VecDeque<NumberedRunner>>> = Arc::new(Mutex::new(runners.into_iter().collect()));
     let mut lost = Vec::new();
     loop {
@@ -52,13 +59,13 @@ pub(super) fn end_all(engine: &Arc<Engine>, runners: impl IntoIterator<Item = Nu
 
 /// The progress of one instance's end.
 enum EndProgress {
-    Started(usize),
+    Started(SchemaId),
     Done,
-    Lost(usize),
+    Lost(SchemaId),
 }
 
 impl EndProgress {
-    fn lost(self) -> Option<usize> {
+    fn lost(self) -> Option<SchemaId> {
         match self {
             Self::Lost(number) => Some(number),
             Self::Started(_) | Self::Done => None,
@@ -69,18 +76,18 @@ impl EndProgress {
 /// Ends the instances of `runners`. The receiver of `progress` may have been dropped.
 fn end_each(runners: &Mutex<VecDeque<NumberedRunner>>, progress: &Sender<EndProgress>) {
     loop {
-        let next = runners.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+        let next = runners.lock().pop_front();
         let Some((number, runner)) = next else { return };
-        match runner.try_lock() {
-            Ok(mut runner) => {
-                let _ = progress.send(EndProgress::Started(number));
-                runner.destroy();
-                let _ = progress.send(EndProgress::Done);
+        let ended = if let Some(mut runner) = runner.try_lock() {
+            let _ = progress.send(EndProgress::Started(number));
+            // A panic of the host may have left this one half changed. It must not keep the others from their end.
+            if catch_unwind(AssertUnwindSafe(|| runner.destroy())).is_err() {
+                tracing::error!("an instance panicked while it was ended");
             }
-            Err(TryLockError::WouldBlock) => {
-                let _ = progress.send(EndProgress::Lost(number));
-            }
-            Err(TryLockError::Poisoned(_)) => {}
-        }
+            EndProgress::Done
+        } else {
+            EndProgress::Lost(number)
+        };
+        let _ = progress.send(ended);
     }
 }

@@ -2,11 +2,12 @@
 //! all schemas to rest at the end.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_records::event::{Outcome, What};
+use parking_lot::{Condvar, Mutex};
 
 use crate::engine::Engine;
 use crate::instance::AbandonedInstance;
@@ -33,7 +34,7 @@ pub(crate) struct Alarm {
 /// The operations of an executor that the supervisor uses.
 pub(crate) trait ThreadExecutor: Send + Sync {
     /// Waits until an instance is idle. Returns false if it is still busy after `within`.
-    fn wait_until_idle(&self, instance: usize, within: Duration) -> bool;
+    fn wait_until_idle(&self, instance: SchemaId, within: Duration) -> bool;
     /// Gives up the call of an instance that runs since the time in `call`, and puts another runner in its place.
     /// `report` runs before the replacement and receives the bytes of shared values that the call keeps.
     /// The guard in `call`, if there is one, answers for it.
@@ -41,19 +42,19 @@ pub(crate) trait ThreadExecutor: Send + Sync {
     fn replace_runner(
         &self,
         engine: &Arc<Engine>,
-        instance: usize,
-        call: (Nanos, Option<usize>),
+        instance: SchemaId,
+        call: (Nanos, Option<SchemaId>),
         report: &mut dyn FnMut(u64),
     ) -> bool;
     /// Ends all instances in reverse order, and the threads. Returns the instances that are still
     /// inside a call, which are abandoned.
-    fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize>;
+    fn end_all(&self, engine: &Arc<Engine>) -> Vec<SchemaId>;
 }
 
 impl Alarm {
     /// Returns whether the supervisor must be notified, because it sleeps longer than until `next`.
     pub(crate) fn set(&self, next: Option<Nanos>) -> bool {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         let sooner = match (next, state.0) {
             (Some(next), Some(previous)) => next < previous,
             (Some(_), None) => true,
@@ -68,7 +69,7 @@ impl Alarm {
     }
 
     pub(crate) fn stop(&self) {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).1 = true;
+        self.state.lock().1 = true;
         self.notify();
     }
 }
@@ -81,7 +82,7 @@ pub(crate) fn supervise(
     limit: Option<Nanos>,
 ) {
     jde_isolation::run_when_due();
-    let mut reported = vec![None; engine.metrics.len()];
+    let mut reported = engine.metrics.map_ids(|_| None);
     let check_interval = self::check_interval(engine);
     let mut next_expiry = 0;
     loop {
@@ -99,7 +100,7 @@ pub(crate) fn supervise(
             next_expiry = engine.expire_values(now);
         }
         detect_hung_calls(engine, executor, now, &mut reported);
-        let state = alarm.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = alarm.state.lock();
         if state.1 {
             return;
         }
@@ -114,7 +115,7 @@ pub(crate) fn supervise(
             .max(now)
             .saturating_add(engine.clock.scale_machine_time(MIN_STALL));
         engine.stalls.pause(now, latest);
-        drop(engine.clock.wait(&alarm.changed, state, Some(next)));
+        engine.clock.wait(&alarm.changed, &mut state, Some(next));
     }
 }
 
@@ -131,7 +132,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor)
     }
     let order = engine.rules.put_to_sleep();
     // Schemas put to sleep earlier may still be in that call.
-    for instance in (0..engine.metrics.len()).rev() {
+    for instance in engine.metrics.ids().rev() {
         if !order.contains(&instance) {
             executor.wait_until_idle(instance, REST_TIMEOUT);
         }
@@ -169,6 +170,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor)
 /// Runs a thread's body, and ends the instance of a call that was given up in it. A panic in the body is a
 /// fault of the host: it brakes all actuators and ends the application.
 pub(crate) fn run_guarded(engine: &Engine, body: impl FnOnce()) {
+    reserve_waiting();
     let Err(payload) = catch_unwind(AssertUnwindSafe(body)) else {
         return;
     };
@@ -178,13 +180,19 @@ pub(crate) fn run_guarded(engine: &Engine, body: impl FnOnce()) {
     }
 }
 
+/// Lets this thread get the memory that its first wait for a lock takes, while there is some.
+fn reserve_waiting() {
+    let lock = Mutex::new(());
+    Condvar::new().wait_for(&mut lock.lock(), Duration::ZERO);
+}
+
 fn detect_hung_calls(
     engine: &Arc<Engine>,
     executor: &dyn ThreadExecutor,
     now: Nanos,
-    reported: &mut [Option<Nanos>],
+    reported: &mut Table<SchemaId, Option<Nanos>>,
 ) {
-    for (number, meter) in engine.metrics.iter().enumerate() {
+    for (number, meter) in engine.metrics.entries() {
         let Some(since) = meter.running_since() else {
             continue;
         };
@@ -224,9 +232,9 @@ fn detect_hung_judgement(
     engine: &Arc<Engine>,
     executor: &dyn ThreadExecutor,
     now: Nanos,
-    (number, since): (usize, Nanos),
+    (number, since): (SchemaId, Nanos),
     judgement: RunningJudgement,
-    reported: &mut [Option<Nanos>],
+    reported: &mut Table<SchemaId, Option<Nanos>>,
 ) {
     let guard = judgement.guard;
     let took = now.saturating_sub(judgement.since);
@@ -250,14 +258,20 @@ fn detect_hung_judgement(
 }
 
 /// Reports a hung call of a schema, once.
-fn report_once(engine: &Engine, now: Nanos, schema: usize, since: Nanos, reported: &mut [Option<Nanos>]) {
+fn report_once(
+    engine: &Engine,
+    now: Nanos,
+    schema: SchemaId,
+    since: Nanos,
+    reported: &mut Table<SchemaId, Option<Nanos>>,
+) {
     if reported[schema].replace(since) != Some(since) {
         engine.rules.report(now, What::Hung { schema, since });
     }
 }
 
 /// Returns how long a call may take before it counts as hung, in the application's time, ns.
-fn hang_timeout(engine: &Engine, number: usize) -> Nanos {
+fn hang_timeout(engine: &Engine, number: SchemaId) -> Nanos {
     let instance = &engine.application.instances[number];
     let least = || engine.clock.scale_machine_time(MIN_HANG_TIME);
     let by_budget = || instance.budget_ns.saturating_mul(HUNG_BUDGETS).max(least());
@@ -266,7 +280,7 @@ fn hang_timeout(engine: &Engine, number: usize) -> Nanos {
 
 /// Returns the time between two checks of running calls: a quarter of the shortest hang timeout, ns.
 fn check_interval(engine: &Engine) -> Nanos {
-    let timeouts = (0..engine.metrics.len()).map(|number| hang_timeout(engine, number));
+    let timeouts = engine.metrics.ids().map(|number| hang_timeout(engine, number));
     timeouts
         .min()
         .map_or(MAX_CHECK_INTERVAL, |least| (least / 4).min(MAX_CHECK_INTERVAL))

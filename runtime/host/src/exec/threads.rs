@@ -1,11 +1,12 @@
 //! One thread for each instance. The thread of a sleeping schema waits without a deadline and costs no
 //! processor time.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
+use parking_lot::{Condvar, Mutex};
 
 use super::shutdown;
 use super::supervisor::{Alarm, ThreadExecutor, run_guarded};
@@ -15,7 +16,7 @@ use crate::runner::{CallHandle, Runner};
 
 /// One mailbox and one thread for each instance.
 pub(crate) struct Threads {
-    instances: Vec<Arc<InstanceThread>>,
+    instances: Table<SchemaId, Arc<InstanceThread>>,
     alarm: Arc<Alarm>,
 }
 
@@ -45,13 +46,13 @@ struct Mailbox {
 }
 
 impl Notifier for Threads {
-    fn post(&self, instance: usize, signal: Signal) -> bool {
-        let mut mailbox = lock(&self.instances[instance].mailbox);
+    fn post(&self, instance: SchemaId, signal: Signal) -> bool {
+        let mut mailbox = self.instances[instance].mailbox.lock();
         mailbox.inbox.push(signal);
         !mailbox.busy
     }
 
-    fn notify(&self, instance: usize) {
+    fn notify(&self, instance: SchemaId) {
         self.instances[instance].signalled.notify_one();
     }
 
@@ -67,7 +68,7 @@ impl Notifier for Threads {
 impl Threads {
     pub(crate) fn new(
         engine: &Arc<Engine>,
-        runners: Vec<Runner>,
+        runners: Table<SchemaId, Runner>,
         alarm: Arc<Alarm>,
     ) -> std::io::Result<Arc<Self>> {
         let instances = runners
@@ -77,10 +78,10 @@ impl Threads {
             instances: instances.collect(),
             alarm,
         });
-        for (number, thread) in threads.instances.iter().enumerate() {
-            let runner = Arc::clone(&lock(&thread.runner).runner);
+        for (number, thread) in threads.instances.entries() {
+            let runner = Arc::clone(&thread.runner.lock().runner);
             match spawn(engine, number, thread, move || Some(runner)) {
-                Ok(handle) => lock(&thread.runner).thread = Some(handle),
+                Ok(handle) => thread.runner.lock().thread = Some(handle),
                 Err(error) => {
                     threads.end_all(engine);
                     return Err(error);
@@ -92,15 +93,12 @@ impl Threads {
 }
 
 impl ThreadExecutor for Threads {
-    fn wait_until_idle(&self, instance: usize, within: Duration) -> bool {
+    fn wait_until_idle(&self, instance: SchemaId, within: Duration) -> bool {
         let thread = &self.instances[instance];
-        let mut mailbox = lock(&thread.mailbox);
+        let mut mailbox = thread.mailbox.lock();
         mailbox.idle_waiters += 1;
         let is_busy = |mailbox: &mut Mailbox| mailbox.busy || !mailbox.inbox.is_empty();
-        let (mut mailbox, _) = thread
-            .idle
-            .wait_timeout_while(mailbox, within, is_busy)
-            .unwrap_or_else(PoisonError::into_inner);
+        thread.idle.wait_while_for(&mut mailbox, is_busy, within);
         mailbox.idle_waiters -= 1;
         !is_busy(&mut mailbox)
     }
@@ -110,8 +108,8 @@ impl ThreadExecutor for Threads {
     fn replace_runner(
         &self,
         engine: &Arc<Engine>,
-        instance: usize,
-        (since, guard): (Nanos, Option<usize>),
+        instance: SchemaId,
+        (since, guard): (Nanos, Option<SchemaId>),
         report: &mut dyn FnMut(u64),
     ) -> bool {
         let thread = &self.instances[instance];
@@ -123,7 +121,7 @@ impl ThreadExecutor for Threads {
                 return false;
             }
         };
-        let hung_call = lock(&thread.runner).call_handle.clone();
+        let hung_call = thread.runner.lock().call_handle.clone();
         let Some(runner) = hung_call.give_up(since, guard, report) else {
             return false;
         };
@@ -131,29 +129,29 @@ impl ThreadExecutor for Threads {
         let runner = Arc::new(Mutex::new(runner));
         // The hung thread is not joined. If its call ever returns, it ends the remains of the instance and
         // exits.
-        *lock(&thread.runner) = ThreadRunner {
+        *thread.runner.lock() = ThreadRunner {
             runner: Arc::clone(&runner),
             call_handle,
             thread: Some(handle),
         };
-        lock(&thread.mailbox).busy = false;
+        thread.mailbox.lock().busy = false;
         // The new thread waits for this.
         let _ = hand_over.send(runner);
         true
     }
 
-    fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize> {
+    fn end_all(&self, engine: &Arc<Engine>) -> Vec<SchemaId> {
         for thread in &self.instances {
-            lock(&thread.mailbox).is_stopping = true;
+            thread.mailbox.lock().is_stopping = true;
             thread.signalled.notify_all();
         }
-        let instances = self.instances.iter().enumerate().rev();
+        let instances = self.instances.entries().rev();
         let lost = shutdown::end_all(
             engine,
-            instances.map(|(number, thread)| (number, Arc::clone(&lock(&thread.runner).runner))),
+            instances.map(|(number, thread)| (number, Arc::clone(&thread.runner.lock().runner))),
         );
-        for (number, thread) in self.instances.iter().enumerate() {
-            let handle = lock(&thread.runner).thread.take();
+        for (number, thread) in self.instances.entries() {
+            let handle = thread.runner.lock().thread.take();
             if let Some(handle) = handle.filter(|_| !lost.contains(&number)) {
                 // `run_guarded` has reported its panics.
                 let _ = handle.join();
@@ -184,13 +182,13 @@ impl InstanceThread {
             let Some(inbox) = self.next_turn(engine, due) else {
                 return;
             };
-            due = lock(runner).take_turn(Some(inbox));
+            due = runner.lock().take_turn(Some(inbox));
         }
     }
 
     /// Waits for signals or for the deadline. Returns `None` when the thread must exit.
     fn next_turn(&self, engine: &Engine, due: Option<Nanos>) -> Option<Inbox> {
-        let mut mailbox = lock(&self.mailbox);
+        let mut mailbox = self.mailbox.lock();
         mailbox.busy = false;
         loop {
             if mailbox.is_stopping {
@@ -205,7 +203,7 @@ impl InstanceThread {
             if due.is_some_and(|due| engine.clock.duration_until(due).is_zero()) {
                 break;
             }
-            mailbox = engine.clock.wait(&self.signalled, mailbox, due);
+            engine.clock.wait(&self.signalled, &mut mailbox, due);
         }
         engine.clock.mark_busy();
         mailbox.busy = true;
@@ -216,7 +214,7 @@ impl InstanceThread {
 /// Starts the thread of an instance. It runs the runner that `runner` returns, if any.
 fn spawn(
     engine: &Arc<Engine>,
-    number: usize,
+    number: SchemaId,
     thread: &Arc<InstanceThread>,
     runner: impl FnOnce() -> Option<Arc<Mutex<Runner>>> + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
@@ -232,8 +230,4 @@ fn spawn(
         });
         engine.clock.unregister_thread();
     })
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 
 use super::PortAccess;
 use super::body::Body;
@@ -13,7 +13,7 @@ use super::body::Body;
 /// call.
 pub(crate) struct AbandonedInstance {
     /// The schema that answers for the call: its own, or a guard.
-    pub(crate) number: usize,
+    pub(crate) number: SchemaId,
     /// Since when the call ran.
     pub(crate) since: Nanos,
     body: Option<Body>,
@@ -23,7 +23,7 @@ pub(crate) struct AbandonedInstance {
 
 impl AbandonedInstance {
     pub(super) fn new(
-        number: usize,
+        number: SchemaId,
         since: Nanos,
         body: Option<Body>,
         port_access: &Arc<PortAccess>,

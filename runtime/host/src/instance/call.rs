@@ -10,27 +10,27 @@
 
 use std::ffi::CStr;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use jde_abi::raw;
+use jde_app::RoleId;
 use jde_board::Variable;
-use jde_core::{Nanos, Policy};
+use jde_core::{Nanos, SchemaId};
 use jde_isolation::launch::Acceptance;
 use jde_loader::build::{Build, PortMapping};
 
+use super::Scratch;
 use super::bound_port::{Guarded, PortError};
 use super::command_limits::CommandLimits;
 use super::guard::{CommandInForce, UnjudgedCommand};
 use super::port_access::PortAccess;
 use super::ports::Ports;
 use super::view::View;
-use super::{Scratch, state_number};
 use crate::engine::Engine;
 
 /// A call in progress; a [`raw::Context`] points to it.
 pub(crate) struct CallContext<'a> {
     pub(crate) engine: &'a Arc<Engine>,
-    pub(crate) number: usize,
+    pub(crate) number: SchemaId,
     pub(crate) name: &'a CStr,
     pub(crate) build: &'a Build,
     pub(super) port_access: &'a PortAccess,
@@ -55,7 +55,7 @@ pub(super) enum Permissions {
 /// Ports and roles have the numbers of the build.
 impl CallContext<'_> {
     /// Shows the value of an input, the same until the ports are released.
-    pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
+    pub(super) fn show<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
         let engine = &**self.engine;
         let read = self.port_access.with_ports(|ports| {
             let view = view(self.build, ports, port, || engine.clock.now());
@@ -69,7 +69,7 @@ impl CallContext<'_> {
         shown
     }
 
-    /// Like [`Self::read`], before the plugin reads the input. `None` if it must not be shown early.
+    /// Like [`Self::show`], before the plugin reads the input. `None` if it must not be shown early.
     pub(super) fn show_early<R>(
         &mut self,
         port: u32,
@@ -111,7 +111,7 @@ impl CallContext<'_> {
     }
 
     /// Shows the memory for the next value of an output.
-    pub(crate) fn loan<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
+    pub(super) fn lend<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
         if let Some(PortMapping::Bound(port)) = self.build.mapping(port) {
             // A missing authority is reported at the publication.
             if self.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
@@ -130,40 +130,9 @@ impl CallContext<'_> {
         loaned.unwrap_or(Err(raw::REFUSED))
     }
 
-    /// Publishes the loan, measured at `time`; 0 means now.
-    pub(crate) fn publish(&mut self, port: u32, time: Nanos) -> i32 {
-        let port = match self.build.mapping(port) {
-            Some(PortMapping::Bound(port)) => *port,
-            Some(PortMapping::Unbound) => return raw::UNBOUND,
-            Some(PortMapping::Discarded(_)) if self.scratch.is_loaned(port) => {
-                return self.discarded_status();
-            }
-            Some(PortMapping::Discarded(_) | PortMapping::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
-        };
-        if self.refuses_port(port) {
-            return raw::REFUSED;
-        }
-        let now = self.engine.clock.now();
-        let time = if time == 0 { now } else { time };
-        let period = self.engine.metrics[self.number].period.load(Ordering::Relaxed);
-        let least = self.engine.application.instances[self.number].command_validity_ns(period);
-        let unusual = self.port_access.with_ports(|ports| {
-            let published = ports.publish(port, time, now, least);
-            let is_usual = published.is_ok() && !ports.is_limited;
-            (!is_usual).then(|| (published, ports.take_exceeded(port)))
-        });
-        match unusual {
-            Some(None) => raw::OK,
-            None => raw::REFUSED,
-            Some(Some((published, exceeded))) => {
-                self.finish_publication(port, published, exceeded, [time, now, least])
-            }
-        }
-    }
-
     /// Judges a command that guards judge, and reports what was limited or refused.
     #[cold]
-    fn finish_publication(
+    pub(super) fn finish_publication(
         &self,
         port: usize,
         published: Result<u64, PortError>,
@@ -255,22 +224,6 @@ impl CallContext<'_> {
         Some(published)
     }
 
-    pub(crate) fn retract(&mut self, port: u32) -> i32 {
-        let port = match self.build.mapping(port) {
-            Some(PortMapping::Bound(port)) => *port,
-            Some(PortMapping::Discarded(_)) => return self.discarded_status(),
-            Some(PortMapping::Unbound | PortMapping::Fixed { .. }) | None => return raw::BAD_ARGUMENT,
-        };
-        if self.refuses_all(|call| format!("take `{}` back", call.port_name(port))) {
-            return raw::REFUSED;
-        }
-        match self.port_access.with_ports(|ports| ports.retract(port)) {
-            None => raw::REFUSED,
-            Some(Ok(())) => raw::OK,
-            Some(Err(error)) => status(&error),
-        }
-    }
-
     /// A mock answers no commands.
     pub(super) fn expect_no_motion(&self) {
         self.port_access
@@ -281,67 +234,6 @@ impl CallContext<'_> {
     pub(crate) fn end_iteration(&mut self, status: i32) {
         if status == raw::NO_VALUE {
             self.port_access.with_ports(Ports::retract_expiring);
-        }
-    }
-
-    pub(crate) fn wake(&mut self, child: u32) -> i32 {
-        if self.refuses(|_| String::from("wake a child")) {
-            return raw::REFUSED;
-        }
-        self.request_change(child, |role| self.engine.request_child(self.number, role, true))
-    }
-
-    pub(crate) fn sleep(&mut self, child: u32) -> i32 {
-        if self.refuses(|_| String::from("put a child to sleep")) {
-            return raw::REFUSED;
-        }
-        self.request_change(child, |role| self.engine.request_child(self.number, role, false))
-    }
-
-    /// Returns the state and the health of a child.
-    pub(crate) fn child(&mut self, child: u32) -> Result<raw::ChildStatus, i32> {
-        let mut status = raw::ChildStatus {
-            size: size_of::<raw::ChildStatus>() as u32,
-            state: 0,
-            faulted: 0,
-            reserved: 0,
-        };
-        let result = self.request_change(child, |role| match self.engine.child_status(self.number, role) {
-            Err(status) => status,
-            Ok((state, faulted)) => {
-                status.state = state_number(state);
-                status.faulted = u32::from(faulted);
-                raw::OK
-            }
-        });
-        if result == raw::OK {
-            Ok(status)
-        } else {
-            Err(result)
-        }
-    }
-
-    /// Changes the policy of the group in which that child competes.
-    pub(crate) fn set_policy(&mut self, child: u32, policy: u32, dwell: Nanos, hysteresis: f64) -> i32 {
-        let Some(policy) = Policy::from_code(policy, dwell, hysteresis) else {
-            return raw::BAD_ARGUMENT;
-        };
-        if self.refuses(|_| String::from("change a policy")) {
-            return raw::REFUSED;
-        }
-        self.request_change(child, |role| self.engine.set_policy(self.number, role, policy))
-    }
-
-    pub(crate) fn now(&mut self) -> Nanos {
-        let now = self.engine.clock.now();
-        self.first_time.get_or_insert(now);
-        now
-    }
-
-    pub(crate) fn log(&mut self, level: u32, text: &str) {
-        // Messages of a call that was given up are discarded.
-        if !self.port_access.is_closed() {
-            self.engine.log(self.number, level, text);
         }
     }
 
@@ -375,7 +267,7 @@ impl CallContext<'_> {
     }
 
     /// Whether this call may not act on other schemas.
-    fn refuses(&mut self, action: impl FnOnce(&Self) -> String) -> bool {
+    pub(super) fn refuses(&mut self, action: impl FnOnce(&Self) -> String) -> bool {
         match self.permissions {
             Permissions::All => false,
             Permissions::ExportsOnly => true,
@@ -384,7 +276,7 @@ impl CallContext<'_> {
     }
 
     /// Whether this call may not even write its exports.
-    fn refuses_all(&mut self, action: impl FnOnce(&Self) -> String) -> bool {
+    pub(super) fn refuses_all(&mut self, action: impl FnOnce(&Self) -> String) -> bool {
         if let Permissions::ReadOnly(None) = self.permissions {
             let action = action(self);
             self.permissions = Permissions::ReadOnly(Some(action));
@@ -393,7 +285,7 @@ impl CallContext<'_> {
     }
 
     /// Whether this call may not write that port of the application.
-    fn refuses_port(&mut self, port: usize) -> bool {
+    pub(super) fn refuses_port(&mut self, port: usize) -> bool {
         if let Permissions::All = self.permissions {
             return false;
         }
@@ -405,13 +297,13 @@ impl CallContext<'_> {
         }
     }
 
-    fn port_name(&self, port: usize) -> &str {
+    pub(super) fn port_name(&self, port: usize) -> &str {
         let ports = &self.engine.application.instances[self.number].schema.ports;
         ports.get(port).map_or("a port", |port| &port.name)
     }
 
     /// Returns the role of the application that corresponds to a role of the build.
-    fn role(&self, role: u32) -> Result<usize, i32> {
+    fn role(&self, role: u32) -> Result<RoleId, i32> {
         self.build
             .role(role)
             .ok_or(raw::BAD_ARGUMENT)?
@@ -419,18 +311,15 @@ impl CallContext<'_> {
     }
 
     /// Returns the status of a write to an export that the application does not have.
-    fn discarded_status(&self) -> i32 {
+    pub(super) fn discarded_status(&self) -> i32 {
         self.port_access.with_ports(|_| raw::OK).unwrap_or(raw::REFUSED)
     }
 
-    /// Requests a change of a child from the rules; refused if the call was given up. It cannot be given up
-    /// until this function returns.
-    fn request_change(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
-        let result = self.port_access.with_ports(|_| match self.role(child) {
-            Ok(role) => body(role),
-            Err(status) => status,
-        });
-        result.unwrap_or(raw::REFUSED)
+    /// Asks the rules about a child; refused if the call was given up. It cannot be given up until this function
+    /// returns.
+    pub(super) fn with_child<R>(&self, child: u32, ask: impl FnOnce(RoleId) -> R) -> Result<R, i32> {
+        let asked = self.port_access.with_ports(|_| self.role(child).map(ask));
+        asked.unwrap_or(Err(raw::REFUSED))
     }
 }
 
@@ -455,7 +344,7 @@ fn view<'a>(
     }
 }
 
-fn status(error: &PortError) -> i32 {
+pub(super) fn status(error: &PortError) -> i32 {
     match error {
         PortError::Unbound => raw::UNBOUND,
         PortError::NoValue => raw::NO_VALUE,

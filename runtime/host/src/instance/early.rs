@@ -85,7 +85,7 @@ impl EarlyPorts {
     /// Queues the reply to a child that asks for the value of an input, and records what it was sent.
     pub(super) fn reply(&mut self, call: &mut CallContext<'_>, kind: CallKind, number: u32, wire: &mut Wire) {
         let variable = call.variable(number).map(|(variable, _)| variable);
-        let shown = call.read(number, |view| {
+        let shown = call.show(number, |view| {
             let input = show(view, variable.as_deref());
             wire.queue(&ToChild::Reply(Reply::Input(Ok(input))));
             held(&input)
@@ -192,7 +192,7 @@ pub(super) fn loan(
     port: u32,
     variable: Option<Arc<Variable>>,
 ) -> Result<Option<usize>, i32> {
-    call.loan(port, |buffer| {
+    call.lend(port, |buffer| {
         variable.and_then(|variable| variable.offset_of(buffer))
     })
 }

@@ -4,11 +4,12 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::TAU;
 use std::slice;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_board::value;
 use jde_board::{Nanos, Variable, Writer};
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::sensor_fault::{SensorFault, limits, ranges};
 
@@ -150,7 +151,7 @@ impl ExportFaults {
     }
 
     fn active(&self) -> MutexGuard<'_, BTreeMap<usize, ActiveFault>> {
-        self.active.lock().unwrap_or_else(PoisonError::into_inner)
+        self.active.lock()
     }
 }
 

@@ -3,11 +3,12 @@
 
 #![allow(unsafe_code)]
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use jde_board::{Reader, Variable};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_loader::{AlignedBytes, Judge, Judgement};
+use parking_lot::Mutex;
 
 /// The periods of a guard for which a state counts without a newer one. One late or skipped turn is usual on
 /// a machine without real-time scheduling; two in a row are not.
@@ -16,7 +17,7 @@ const VALIDITY_PERIODS: Nanos = 3;
 /// A guard of the commands of one port.
 #[derive(Clone)]
 pub(crate) struct PortGuard {
-    pub(crate) guard: usize,
+    pub(crate) guard: SchemaId,
     pub(crate) state: Arc<GuardState>,
     /// The schemas whose commands it judges.
     commanders: Arc<[u32]>,
@@ -55,7 +56,7 @@ pub(crate) struct CommandInForce {
     pub(crate) variable: Arc<Variable>,
     pub(crate) sequence: u64,
     /// The schema that gave it.
-    pub(crate) commander: usize,
+    pub(crate) commander: SchemaId,
 }
 
 /// The newest state of a guard and the commands in force that it has not judged by that state, as copies.
@@ -78,9 +79,9 @@ pub(crate) struct Guarding {
 /// Why a command does not take effect.
 pub(crate) struct Refusal {
     /// The schema that gave it.
-    pub(crate) commander: usize,
+    pub(crate) commander: SchemaId,
     /// The guard.
-    pub(crate) guard: usize,
+    pub(crate) guard: SchemaId,
     /// The reason of the guard, in words.
     pub(crate) reason: String,
     /// The command and its number, if it was in force.
@@ -88,7 +89,7 @@ pub(crate) struct Refusal {
 }
 
 impl PortGuard {
-    pub(crate) fn new(guard: usize, state: &Arc<GuardState>, commanders: Vec<u32>) -> Self {
+    pub(crate) fn new(guard: SchemaId, state: &Arc<GuardState>, commanders: Vec<u32>) -> Self {
         Self {
             guard,
             state: Arc::clone(state),
@@ -117,7 +118,7 @@ impl GuardState {
 
     /// Records that the guard published a state, made of values that are valid until `until`.
     pub(super) fn record_published(&self, now: Nanos, until: Nanos) {
-        self.lock().valid_until = now.saturating_add(self.validity).min(until);
+        self.newest.lock().valid_until = now.saturating_add(self.validity).min(until);
     }
 
     /// Returns the state by which commands are judged now.
@@ -129,7 +130,7 @@ impl GuardState {
             reader,
             valid_until,
             copy,
-        } = &mut *self.lock();
+        } = &mut *self.newest.lock();
         let newest = reader.latch_newest(now).filter(|state| state.stamp.sequence > 0);
         let Some(state) = newest else {
             *copy = None;
@@ -150,10 +151,6 @@ impl GuardState {
             time,
             sequence,
         }))))
-    }
-
-    fn lock(&self) -> MutexGuard<'_, NewestState> {
-        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use jde_board::{Access, LASTING, Latched, Reader};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_loader::AlignedBytes;
 
 use super::bound_port::{BoundPort, Guarded, PortError};
@@ -54,7 +54,7 @@ impl Ports {
             let variable = Arc::clone(reader.variable());
             let Latched { bytes, stamp } = reader.latch_newest(now)?;
             let judges = stamp.sequence > 0 && stamp.valid_until >= now && commanders.contains(&stamp.writer);
-            let commander = stamp.writer as usize;
+            let commander = SchemaId(stamp.writer);
             judges.then(|| {
                 let command = CommandInForce {
                     variable,
@@ -196,7 +196,7 @@ pub(super) fn refuse_without_state(guards: &[PortGuard], now: Nanos, commander: 
     guards.find_map(|PortGuard { guard, state, .. }| {
         let reason = state.newest(now).err()?;
         Some(Refusal {
-            commander: commander as usize,
+            commander: SchemaId(commander),
             guard: *guard,
             reason,
             in_force: None,

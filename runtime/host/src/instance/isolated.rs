@@ -5,11 +5,11 @@ use std::mem::discriminant;
 use std::sync::Arc;
 use std::time::Duration;
 
+use jde_abi::host::Host as _;
 use jde_abi::raw;
+use jde_core::{Id, SchemaId};
 use jde_isolation::launch::{Launch, send_files};
-use jde_isolation::messages::{
-    Bytes, Call, Changes, ChildState, Done, FromChild, Function, Outcome, Reply, ToChild,
-};
+use jde_isolation::messages::{Bytes, Call, Changes, Done, FromChild, Function, Outcome, Reply, ToChild};
 use jde_isolation::process::Process;
 use jde_isolation::wire::Wire;
 use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
@@ -147,7 +147,7 @@ impl IsolatedInstance {
     }
 
     /// Ends the instance and its child.
-    pub(crate) fn destroy(mut self, engine: &Arc<Engine>, number: usize) {
+    pub(crate) fn destroy(mut self, engine: &Arc<Engine>, number: SchemaId) {
         let meter = &engine.metrics[number];
         meter.begin_call(engine.clock.now());
         self.process.expect_exit();
@@ -211,7 +211,7 @@ impl IsolatedInstance {
             ports,
             listed: engine.application.instances[number].listed.clone(),
             limits: config.limits,
-            authority: engine.authority.is_some().then_some(number),
+            authority: engine.authority.is_some().then_some(number.index()),
         };
         if !engine.clock.is_real() {
             drop(instance.wire.set_timeout(Some(LOCKSTEP_TIMEOUT)));
@@ -235,7 +235,7 @@ impl IsolatedInstance {
         Err(refused)
     }
 
-    fn terminate(&mut self, engine: &Engine, number: usize) {
+    fn terminate(&mut self, engine: &Engine, number: SchemaId) {
         self.process.expect_exit();
         self.wire.close();
         self.process.reap();
@@ -297,7 +297,7 @@ impl IsolatedInstance {
     /// Carries out and answers what the plugin requests until its call is done.
     fn serve_until_done(&mut self, call: &mut CallContext<'_>, during: CallKind) -> Result<Done, String> {
         let mut terminal = None;
-        let impossible = |what| Err(format!("its process asked what cannot be asked: {what}"));
+        let impossible = |what| Err(format!("its process sent an invalid request: {what}"));
         loop {
             let reply = match self.wire.receive().map_err(stream_error)? {
                 FromChild::Done(done) => {
@@ -349,10 +349,7 @@ impl IsolatedInstance {
                 }
                 FromChild::Wake { child } => Reply::Status(call.wake(child)),
                 FromChild::PutToSleep { child } => Reply::Status(call.sleep(child)),
-                FromChild::Child { child } => Reply::Child(call.child(child).map(|child| ChildState {
-                    state: child.state,
-                    faulted: child.faulted,
-                })),
+                FromChild::Child { child } => Reply::Child(call.child(child)),
                 FromChild::SetPolicy {
                     child,
                     policy,
@@ -400,7 +397,7 @@ fn checked((status, outcome): (i32, Outcome)) -> (i32, bool, f64) {
 /// Publishes a loan, or the value that was sent. Returns the status; `None` if the value has another size.
 fn publish(call: &mut CallContext<'_>, port: u32, time: u64, value: Option<Bytes<&[u8]>>) -> Option<i32> {
     if let Some(Bytes(value)) = value {
-        let fits = call.loan(port, |buffer| {
+        let fits = call.lend(port, |buffer| {
             let fits = buffer.len() == value.len();
             if fits {
                 buffer.copy_from_slice(value);
@@ -422,7 +419,7 @@ fn stream_error(error: std::io::Error) -> String {
         std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut => {
             format!("its process has not returned from a call for {LOCKSTEP_TIMEOUT:?}")
         }
-        std::io::ErrorKind::InvalidData => String::from("its process sent what is no message"),
+        std::io::ErrorKind::InvalidData => String::from("its process sent an invalid message"),
         _ => format!("its process closed the stream to its host ({error})"),
     }
 }

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use jde_abi::host::Host as _;
 use jde_abi::raw;
 use jde_core::Nanos;
 use jde_loader::instance::{ArbitrationQuery, Verdict};
@@ -67,7 +68,7 @@ impl MockedInstance {
 }
 
 fn publish(call: &mut CallContext<'_>, port: u32, value: &[u8], time: Nanos) {
-    if call.loan(port, |buffer| buffer.copy_from_slice(value)).is_ok() {
+    if call.lend(port, |buffer| buffer.copy_from_slice(value)).is_ok() {
         call.publish(port, time);
     }
 }

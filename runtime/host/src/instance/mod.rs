@@ -32,7 +32,8 @@ use std::ffi::CString;
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_core::{Case, Level};
+use jde_app::RoleId;
+use jde_core::{Case, Level, SchemaId};
 use jde_loader::instance::{ArbitrationQuery, CandidateChild, InProcessInstance, Verdict, panel_of};
 use jde_loader::{Judgement, SchemaFunctions, build};
 use jde_panel::{Gesture, List};
@@ -59,7 +60,7 @@ use scratch::Scratch;
 
 /// An instance that was created, with the access to its ports.
 pub(crate) struct Instance {
-    number: usize,
+    number: SchemaId,
     name: CString,
     build: build::SharedBuild,
     table: SchemaFunctions,
@@ -88,7 +89,7 @@ impl Instance {
     /// Creates an instance of `build`, SLEPT. Instances that share `port_access` are called one at a time.
     pub(crate) fn create(
         engine: &Arc<Engine>,
-        number: usize,
+        number: SchemaId,
         build: &build::SharedBuild,
         port_access: &Arc<PortAccess>,
     ) -> Result<Self, String> {
@@ -216,7 +217,7 @@ impl Instance {
     }
 
     /// Calls the father's own arbitration. Returns the role it chose, or `None`, and the reason.
-    pub(crate) fn arbitrate(&mut self, level: &Level) -> Result<(Option<usize>, String), String> {
+    pub(crate) fn arbitrate(&mut self, level: &Level) -> Result<(Option<RoleId>, String), String> {
         if self.table.arbitrate.is_none() {
             return Err(String::from("it has no arbitration of its own"));
         }
@@ -350,8 +351,8 @@ impl Instance {
     /// Converts the level for the father: children have the roles of his build.
     fn arbitration_query(&self, level: &Level) -> ArbitrationQuery {
         let roles = &self.engine.application.instances[self.number].children;
-        let role = |id: jde_core::SchemaId| {
-            let role = roles.iter().position(|child| *child == Some(id.index()))?;
+        let role = |id: SchemaId| {
+            let role = roles.find(|child| *child == Some(id))?;
             Some(self.build.own_role(role)? as u32)
         };
         let candidates = level.candidates.iter().filter_map(|candidate| {
@@ -362,7 +363,7 @@ impl Instance {
                 urgency: candidate.urgency,
             })
         });
-        let group = &self.engine.application.groups[level.group.index()].name;
+        let group = &self.engine.application.groups[level.group].name;
         ArbitrationQuery {
             case: match level.case {
                 Case::Collision => raw::COLLISION,

@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_gate::Gate;
 
 use super::ports::Ports;
@@ -20,7 +20,7 @@ pub(crate) struct PortAccess {
     /// Whether reads are recorded.
     is_recorded: bool,
     /// The guard that answers for a call that was given up because its judgement did not return.
-    answering_guard: OnceLock<usize>,
+    answering_guard: OnceLock<SchemaId>,
 }
 
 impl PortAccess {
@@ -35,13 +35,13 @@ impl PortAccess {
     }
 
     /// Makes a guard answer for the call, which is about to be given up.
-    pub(crate) fn blame(&self, guard: usize) {
+    pub(crate) fn blame(&self, guard: SchemaId) {
         // Of one call only one judgement can be the last.
         let _ = self.answering_guard.set(guard);
     }
 
     /// The guard that answers for the call that was given up, if its judgement did not return.
-    pub(super) fn answering_guard(&self) -> Option<usize> {
+    pub(super) fn answering_guard(&self) -> Option<SchemaId> {
         self.answering_guard.get().copied()
     }
 

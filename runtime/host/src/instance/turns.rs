@@ -7,9 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 use std::sync::{Arc, Weak};
 
+use jde_abi::host::Host as _;
 use jde_abi::raw::{Context, Turns};
+use jde_core::SchemaId;
 
-use super::host_table::in_call;
+use super::call::CallContext;
 use crate::engine::Engine;
 
 pub(super) static TURNS: Turns = Turns {
@@ -24,13 +26,13 @@ pub(super) static TURNS: Turns = Turns {
 struct Handle {
     /// The application may end before the thread that has the handle.
     engine: Weak<Engine>,
-    number: usize,
+    number: SchemaId,
 }
 
 unsafe extern "C" fn open(context: *mut Context) -> *mut c_void {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
-        in_call(context, null_mut(), |call| {
+        CallContext::request(context, null_mut(), |call| {
             let handle = Handle {
                 engine: Arc::downgrade(call.engine),
                 number: call.number,

@@ -9,12 +9,13 @@ mod registry;
 mod reloader;
 
 use std::fmt;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use jde_core::Nanos;
 use jde_loader::build;
 use jde_records::reload::Replacement;
+use parking_lot::{Condvar, Mutex};
 
 pub(crate) use registry::BuildRegistry;
 pub use reloader::{ReloadError, Reloader};
@@ -75,19 +76,17 @@ impl PendingReload {
     /// why the previous build continues.
     #[must_use]
     pub fn outcome(&self) -> Option<Result<Replacement, String>> {
-        self.completion.lock().clone()
+        self.completion.outcome.lock().clone()
     }
 
     /// Waits for the outcome, at most for `within`. In lockstep, do not call this on the thread that runs the
     /// application.
     #[must_use]
     pub fn wait(&self, within: Duration) -> Option<Result<Replacement, String>> {
-        let outcome = self.completion.lock();
-        let (outcome, _) = self
-            .completion
+        let mut outcome = self.completion.outcome.lock();
+        self.completion
             .completed
-            .wait_timeout_while(outcome, within, |outcome| outcome.is_none())
-            .unwrap_or_else(PoisonError::into_inner);
+            .wait_while_for(&mut outcome, |outcome| outcome.is_none(), within);
         outcome.clone()
     }
 }
@@ -95,12 +94,8 @@ impl PendingReload {
 impl Completion {
     /// Sets the outcome; only the first call has an effect.
     pub(crate) fn complete(&self, outcome: Result<Replacement, String>) {
-        self.lock().get_or_insert(outcome);
+        self.outcome.lock().get_or_insert(outcome);
         self.completed.notify_all();
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Result<Replacement, String>>> {
-        self.outcome.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

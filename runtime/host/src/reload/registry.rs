@@ -2,20 +2,22 @@
 //! Every new instance is created from the build in this registry, so it is of the right build whatever
 //! happened to the previous instance. It creates no instance.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use jde_core::{SchemaId, Table};
 use jde_loader::build::SharedBuild;
 use jde_records::reload::{BuildName, Replacement};
 use jde_records::snapshot::ReloadView;
+use parking_lot::Mutex;
 
 use super::{Completion, Swap};
 
 /// The error that a pending exchange receives at the end.
 const APPLICATION_ENDED: &str = "the application has ended";
 
-/// The builds of an application, by instance.
+/// The builds of the instances of an application.
 pub(crate) struct BuildRegistry {
-    entries: Mutex<Vec<RegistryEntry>>,
+    entries: Mutex<Table<SchemaId, RegistryEntry>>,
 }
 
 #[derive(Default)]
@@ -52,20 +54,20 @@ enum SwapState {
 }
 
 impl BuildRegistry {
-    pub(crate) fn new(instances: usize) -> Self {
+    pub(crate) fn new(instances: impl Iterator<Item = SchemaId>) -> Self {
         Self {
-            entries: Mutex::new((0..instances).map(|_| RegistryEntry::default()).collect()),
+            entries: Mutex::new(instances.map(|_| RegistryEntry::default()).collect()),
         }
     }
 
     /// Sets the build with which an instance starts.
-    pub(crate) fn set_initial(&self, instance: usize, build: SharedBuild) {
-        self.lock()[instance].current = Some(build);
+    pub(crate) fn set_initial(&self, instance: SchemaId, build: SharedBuild) {
+        self.entries.lock()[instance].current = Some(build);
     }
 
     /// Returns the build of which an instance is to be created.
-    pub(crate) fn current(&self, instance: usize) -> SharedBuild {
-        let current = self.lock()[instance].current.clone();
+    pub(crate) fn current(&self, instance: SchemaId) -> SharedBuild {
+        let current = self.entries.lock()[instance].current.clone();
         current.expect("an instance has a build before it has a runner")
     }
 
@@ -74,8 +76,8 @@ impl BuildRegistry {
     ///
     /// # Errors
     /// Another build waits already, or the application has ended.
-    pub(crate) fn enqueue(&self, instance: usize, swap: Swap) -> Result<(), String> {
-        let state = &mut self.lock()[instance].swap;
+    pub(crate) fn enqueue(&self, instance: SchemaId, swap: Swap) -> Result<(), String> {
+        let state = &mut self.entries.lock()[instance].swap;
         match state {
             SwapState::None => {
                 *state = SwapState::Pending(swap);
@@ -90,7 +92,7 @@ impl BuildRegistry {
 
     /// Refuses all further exchanges, because the application has ended. Pending exchanges fail.
     pub(crate) fn close(&self) {
-        for entry in &mut *self.lock() {
+        for entry in self.entries.lock().iter_mut() {
             match std::mem::replace(&mut entry.swap, SwapState::Closed) {
                 SwapState::Pending(Swap { completion, .. })
                 | SwapState::InProgress { completion, .. }
@@ -103,13 +105,13 @@ impl BuildRegistry {
     }
 
     /// Whether a build waits for its turn.
-    pub(crate) fn is_pending(&self, instance: usize) -> bool {
-        matches!(self.lock()[instance].swap, SwapState::Pending(_))
+    pub(crate) fn is_pending(&self, instance: SchemaId) -> bool {
+        matches!(self.entries.lock()[instance].swap, SwapState::Pending(_))
     }
 
     /// Starts the exchange, if a build waits for it.
-    pub(crate) fn start_swap(&self, instance: usize) -> Option<Swap> {
-        let state = &mut self.lock()[instance].swap;
+    pub(crate) fn start_swap(&self, instance: SchemaId) -> Option<Swap> {
+        let state = &mut self.entries.lock()[instance].swap;
         match std::mem::take(state) {
             SwapState::Pending(swap) => {
                 *state = SwapState::InProgress {
@@ -129,8 +131,8 @@ impl BuildRegistry {
     }
 
     /// Records that the build took over. The exchange is completed at the end of the turn.
-    pub(crate) fn mark_done(&self, instance: usize, replacement: Replacement) {
-        let state = &mut self.lock()[instance].swap;
+    pub(crate) fn mark_done(&self, instance: SchemaId, replacement: Replacement) {
+        let state = &mut self.entries.lock()[instance].swap;
         *state = match std::mem::take(state) {
             SwapState::InProgress { completion, .. } => SwapState::Done {
                 replacement,
@@ -142,8 +144,8 @@ impl BuildRegistry {
     }
 
     /// Completes the current exchange. From now on another may be requested.
-    pub(crate) fn finish_swap(&self, instance: usize, outcome: Result<(), String>) {
-        let state = &mut self.lock()[instance].swap;
+    pub(crate) fn finish_swap(&self, instance: SchemaId, outcome: Result<(), String>) {
+        let state = &mut self.entries.lock()[instance].swap;
         match (std::mem::take(state), outcome) {
             (
                 SwapState::Done {
@@ -160,8 +162,8 @@ impl BuildRegistry {
     }
 
     /// Returns the build that is taking over.
-    pub(crate) fn incoming(&self, instance: usize) -> Option<BuildName> {
-        match &self.lock()[instance].swap {
+    pub(crate) fn incoming(&self, instance: SchemaId) -> Option<BuildName> {
+        match &self.entries.lock()[instance].swap {
             SwapState::InProgress { build, .. } => Some(build.clone()),
             SwapState::None | SwapState::Pending(_) | SwapState::Done { .. } | SwapState::Closed => None,
         }
@@ -170,11 +172,11 @@ impl BuildRegistry {
     /// Records that a build took over. It is on trial if `previous` is given.
     pub(crate) fn record_replacement(
         &self,
-        instance: usize,
+        instance: SchemaId,
         build: SharedBuild,
         previous: Option<SharedBuild>,
     ) {
-        let entry = &mut self.lock()[instance];
+        let entry = &mut self.entries.lock()[instance];
         entry.current = Some(build);
         entry.previous = previous;
         entry.reloads += 1;
@@ -182,14 +184,14 @@ impl BuildRegistry {
     }
 
     /// Ends the trial: the previous build is dropped.
-    pub(crate) fn end_trial(&self, instance: usize) {
-        self.lock()[instance].previous = None;
+    pub(crate) fn end_trial(&self, instance: SchemaId) {
+        self.entries.lock()[instance].previous = None;
     }
 
     /// Returns to the previous build. The result is the name of the build given up; `None` if there is no
     /// previous build.
-    pub(crate) fn roll_back(&self, instance: usize, reason: &str) -> Option<BuildName> {
-        let entry = &mut self.lock()[instance];
+    pub(crate) fn roll_back(&self, instance: SchemaId, reason: &str) -> Option<BuildName> {
+        let entry = &mut self.entries.lock()[instance];
         let previous = entry.previous.take()?;
         let given_up = entry.current.replace(previous);
         entry.rollback_reason = Some(reason.to_owned());
@@ -197,14 +199,14 @@ impl BuildRegistry {
     }
 
     /// Records that a new build did not take over.
-    pub(crate) fn record_failure(&self, instance: usize, reason: &str) {
-        self.lock()[instance].rollback_reason = Some(reason.to_owned());
+    pub(crate) fn record_failure(&self, instance: SchemaId, reason: &str) {
+        self.entries.lock()[instance].rollback_reason = Some(reason.to_owned());
     }
 
     /// Returns the state of an instance's reloads; `None` if it runs the build with which it started and no
     /// reload failed.
-    pub(crate) fn view(&self, instance: usize) -> Option<ReloadView> {
-        let entry = &self.lock()[instance];
+    pub(crate) fn view(&self, instance: SchemaId) -> Option<ReloadView> {
+        let entry = &self.entries.lock()[instance];
         if entry.reloads == 0 && entry.rollback_reason.is_none() {
             return None;
         }
@@ -215,9 +217,5 @@ impl BuildRegistry {
             on_trial: entry.previous.is_some(),
             undone: entry.rollback_reason.clone(),
         })
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<RegistryEntry>> {
-        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

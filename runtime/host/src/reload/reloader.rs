@@ -2,12 +2,13 @@
 //! before any of them changes, and returns the result for each.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_loader::{LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
 use jde_records::reload::{ReloadOutcome, ReloadReport};
+use parking_lot::Mutex;
 
 use super::ReloadOptions;
 use crate::running::Handle;
@@ -97,7 +98,7 @@ impl Reloader {
     /// [`ReloadError`]: no schema has changed then. A later failure concerns one schema, which continues with
     /// the previous build: see [`ReloadOutcome`].
     pub fn reload(&self, by: &str, name: &str, options: ReloadOptions) -> Result<ReloadReport, ReloadError> {
-        let _turn = self.reload_lock.lock().unwrap_or_else(PoisonError::into_inner);
+        let _turn = self.reload_lock.lock();
         let schemas = find_schemas(&self.handle, name)?;
         let application = self.handle.application();
         let first = &application.instances[schemas[0]];
@@ -118,12 +119,12 @@ impl Reloader {
     fn replace(
         &self,
         by: &str,
-        schemas: &[usize],
+        schemas: &[SchemaId],
         plugin: &LoadedPlugin,
         options: ReloadOptions,
     ) -> Result<Vec<(String, ReloadOutcome)>, ReloadError> {
         let operator = self.handle.operator(by);
-        let name = |schema: usize| self.handle.application().instances[schema].name.clone();
+        let name = |schema: SchemaId| self.handle.application().instances[schema].name.clone();
         let changed = schemas
             .iter()
             .filter(|schema| !operator.is_running_build(**schema, plugin));
@@ -166,10 +167,10 @@ impl Reloader {
 }
 
 /// Returns the schemas that a name denotes: one schema, or all of a plugin.
-fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<usize>, ReloadError> {
-    let indices = handle.schema_indices(name);
-    if !indices.is_empty() {
-        return Ok(indices);
+fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<SchemaId>, ReloadError> {
+    let schemas = handle.schemas_named(name);
+    if !schemas.is_empty() {
+        return Ok(schemas);
     }
     let application = handle.application();
     let schemas = application
@@ -178,7 +179,7 @@ fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<usize>, ReloadError> 
         .map(|instance| instance.name.as_str());
     let plugins = application.plugins.iter().map(|plugin| plugin.name.as_str());
     Err(ReloadError::Unknown {
-        nearest: jde_board::nearest(name, schemas.chain(plugins)).map(str::to_owned),
+        nearest: jde_nearest::nearest(name, schemas.chain(plugins)).map(str::to_owned),
         name: name.to_owned(),
     })
 }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use jde_abi::describe::Type;
 use jde_app::{Application, ImportSource as Origin};
 use jde_board::value::{self, Value};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_loader::Plugins;
 use jde_records::event::Observer;
 
@@ -65,10 +65,12 @@ pub fn sources(application: &Application) -> Vec<RecordedSource> {
         .into_iter()
         .map(|origin| {
             let (name, value_type) = match origin {
-                Origin::Local(instance, port) => {
-                    let owner = &application.instances[instance];
-                    let export = &owner.schema.ports[port];
-                    (format!("{}.{}", owner.name, export.name), &export.value_type)
+                Origin::Local(port) => {
+                    let owner = &application.instances[port.instance].schema;
+                    (
+                        application.variable_name(port),
+                        &owner.ports[port.port].value_type,
+                    )
                 }
                 Origin::Remote(remote) => {
                     let remote = &application.remotes[remote];
@@ -117,15 +119,15 @@ impl Replay {
             BTreeMap::new(),
         )
         .map_err(StartError::Wiring)?;
-        let mut runners = Vec::new();
-        for (number, ports) in ports.into_iter().enumerate() {
-            let instance = &engine.application.instances[number];
+        let mut runners = Table::default();
+        for (id, ports) in engine.application.instances.ids().zip(ports) {
+            let instance = &engine.application.instances[id];
             if recorded_inputs::is_driver(instance) {
                 runners.push(None);
                 continue;
             }
             let build = original_build(&engine.application, plugins, instance)?;
-            let mut runner = Runner::new(&engine, number, build, ports);
+            let mut runner = Runner::new(&engine, id, build, ports);
             runner.create_for_start()?;
             runners.push(Some(runner));
         }
@@ -147,7 +149,7 @@ impl Replay {
 
     /// Returns what a schema read at its last check.
     #[must_use]
-    pub fn last_inputs(&self, schema: usize) -> Vec<PortReading> {
+    pub fn last_inputs(&self, schema: SchemaId) -> Vec<PortReading> {
         self.player.last_inputs(schema)
     }
 

@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use jde_core::{Nanos, Operator, SchemaId};
+use jde_app::InstancePort;
+use jde_core::{Nanos, Operator, SchemaId, Table};
 use jde_records::turn::{FatherOperation, Operation, RecordedTurn, TurnKind, WrittenPort};
 
 use super::recorded_inputs::RecordedInputs;
@@ -26,7 +27,7 @@ const MAX_FORMATTED_BYTES: usize = 64;
 pub(super) struct Player {
     engine: Arc<Engine>,
     queue: Arc<SignalQueue>,
-    slots: Vec<Option<ReplaySlot>>,
+    slots: Table<SchemaId, Option<ReplaySlot>>,
     recorded_run: Box<dyn RecordedRun>,
     next: Option<ReplayStep>,
     slack: Nanos,
@@ -41,14 +42,14 @@ pub(super) struct Player {
 impl Player {
     pub(super) fn new(
         engine: Arc<Engine>,
-        runners: Vec<Option<Runner>>,
+        runners: Table<SchemaId, Option<Runner>>,
         recorded_run: Box<dyn RecordedRun>,
         slack: Nanos,
     ) -> Result<Self, String> {
         let queue = Arc::new(SignalQueue::default());
         let notifier: Arc<dyn Notifier> = Arc::clone(&queue) as _;
         engine.attach(&notifier);
-        let mut slots: Vec<_> = runners
+        let mut slots: Table<SchemaId, _> = runners
             .into_iter()
             .map(|runner| runner.map(ReplaySlot::new))
             .collect();
@@ -93,7 +94,7 @@ impl Player {
         !self.is_finished
     }
 
-    pub(super) fn last_inputs(&self, schema: usize) -> Vec<PortReading> {
+    pub(super) fn last_inputs(&self, schema: SchemaId) -> Vec<PortReading> {
         let ports = &self.engine.application.instances[schema].schema.ports;
         let Some(slot) = &self.slots[schema] else {
             return Vec::new();
@@ -153,7 +154,7 @@ impl Player {
             self.engine.tick();
             return;
         }
-        for number in 0..self.slots.len() {
+        for number in self.slots.ids() {
             let slack = self.slack;
             let Some(slot) = &mut self.slots[number] else {
                 continue;
@@ -221,19 +222,19 @@ impl Player {
 
     fn apply_step(&mut self, step: &ReplayStep) {
         let turn = &*step.turn;
-        let number = turn.schema as usize;
+        let id = SchemaId(turn.schema);
         match turn.kind() {
             TurnKind::Started => self.engine.rules.start(),
             TurnKind::Ticked => self.engine.tick(),
-            TurnKind::Operated(operation) => self.apply_operation(number, operation, turn),
+            TurnKind::Operated(operation) => self.apply_operation(id, operation, turn),
             TurnKind::GivenUp => {
                 let reason = "did not return from a call in the recording";
-                self.engine.report_hung_call(number, reason.to_owned());
+                self.engine.report_hung_call(id, reason.to_owned());
             }
             TurnKind::Ended => self.is_finished = true,
-            TurnKind::FatherActed(operation) => self.apply_father_operation(number, operation),
+            TurnKind::FatherActed(operation) => self.apply_father_operation(id, operation),
             TurnKind::CommandRefused => {
-                if let Some(slot) = self.slots.get(number).and_then(Option::as_ref) {
+                if let Some(slot) = self.slots.get(id).and_then(Option::as_ref) {
                     slot.runner.repeat_refusal();
                 }
             }
@@ -243,9 +244,9 @@ impl Player {
             | TurnKind::Arbitrated { .. }
             | TurnKind::Touched { .. } => {
                 if matches!(step.kind, StepKind::CheckCall | StepKind::IterationCall) {
-                    self.publish_inputs(number, turn);
+                    self.publish_inputs(id, turn);
                 }
-                self.apply_schema_step(number, step);
+                self.apply_schema_step(id, step);
             }
             TurnKind::Reloaded(_) | TurnKind::MorePorts { .. } | TurnKind::Unknown => {}
         }
@@ -261,21 +262,21 @@ impl Player {
                 | TurnKind::Arbitrated { .. }
                 | TurnKind::Touched { .. }
         );
-        let number = step.turn.schema as usize;
-        let slot = self.slots.get_mut(number).and_then(Option::as_mut);
+        let id = SchemaId(step.turn.schema);
+        let slot = self.slots.get_mut(id).and_then(Option::as_mut);
         if let Some(slot) = slot.filter(|_| is_schema_turn) {
             slot.in_turn = !step.is_last;
             if step.is_last {
                 self.writes
-                    .pair_turn(&self.engine, number, slot, &step.turn, &mut *self.recorded_run);
+                    .pair_turn(&self.engine, id, slot, &step.turn, &mut *self.recorded_run);
             }
         }
     }
 
-    fn apply_schema_step(&mut self, number: usize, step: &ReplayStep) {
+    fn apply_schema_step(&mut self, id: SchemaId, step: &ReplayStep) {
         let (engine, turn) = (&self.engine, &*step.turn);
         let now = engine.clock.now();
-        let Some(slot) = self.slots.get_mut(number).and_then(Option::as_mut) else {
+        let Some(slot) = self.slots.get_mut(id).and_then(Option::as_mut) else {
             return;
         };
         match (turn.kind(), step.kind) {
@@ -322,10 +323,7 @@ impl Player {
                             slot.report_gesture_error();
                         }
                     }
-                    None => drop(
-                        self.unknown
-                            .insert(format!("the panel of {}", engine.name(number))),
-                    ),
+                    None => drop(self.unknown.insert(format!("the panel of {}", engine.name(id)))),
                 }
             }
             (TurnKind::Touched { .. }, StepKind::Failed) => slot.report_gesture_error(),
@@ -346,7 +344,7 @@ impl Player {
     }
 
     /// Applies a recorded action of a father on a child or a group, which he requested in his iteration.
-    fn apply_father_operation(&mut self, father: usize, operation: FatherOperation) {
+    fn apply_father_operation(&mut self, father: SchemaId, operation: FatherOperation) {
         let permitted_turn = self
             .slots
             .get(father)
@@ -367,8 +365,8 @@ impl Player {
         }
     }
 
-    fn apply_operation(&mut self, number: usize, operation: Operation, turn: &RecordedTurn) {
-        let (id, operators) = (SchemaId(turn.schema), &self.engine.operators);
+    fn apply_operation(&mut self, id: SchemaId, operation: Operation, turn: &RecordedTurn) {
+        let operators = &self.engine.operators;
         match operation {
             // The original operator was informed.
             Operation::Refused => {}
@@ -376,31 +374,34 @@ impl Player {
             Operation::Stopped(by) => operators.repeat_operation(by, Operator::Stop(id)),
             Operation::Forced(by) => operators.repeat_operation(by, Operator::Force(id)),
             Operation::Released(by) => operators.repeat_operation(by, Operator::Release(id)),
-            Operation::Unloaded(by) => operators.repeat_unload(by, number),
-            Operation::Loaded => operators.repeat_load(number),
+            Operation::Unloaded(by) => operators.repeat_unload(by, id),
+            Operation::Loaded => operators.repeat_load(id),
             Operation::AllStopped(by) => operators.repeat_stop_all(by),
             Operation::AllReleased => operators.repeat_release_all(),
-            Operation::Undone(by) => operators.repeat_undo(by, number),
-            Operation::Debugged => self.engine.rules.set_debugged(number, true),
-            Operation::WentOn => self.engine.rules.set_debugged(number, false),
+            Operation::Undone(by) => operators.repeat_undo(by, id),
+            Operation::Debugged => self.engine.rules.set_debugged(id, true),
+            Operation::WentOn => self.engine.rules.set_debugged(id, false),
             Operation::FailedExport { port } => {
                 let fault = SensorFault::from_words(&turn.ports);
-                operators.repeat_export(number, port as usize, fault, turn.checked.time);
+                operators.repeat_export(id, port as usize, fault, turn.checked.time);
             }
             Operation::RepairedExport { port } => {
-                operators.repeat_export(number, port as usize, None, turn.checked.time);
+                operators.repeat_export(id, port as usize, None, turn.checked.time);
             }
-            Operation::Wrote(port) => self.apply_write(number, port, turn),
+            Operation::Wrote(port) => self.apply_write(id, port, turn),
         }
     }
 
-    fn apply_write(&mut self, number: usize, port: WrittenPort, turn: &RecordedTurn) {
+    fn apply_write(&mut self, number: SchemaId, port: WrittenPort, turn: &RecordedTurn) {
         let Some(instance) = self.engine.application.instances.get(number) else {
             return;
         };
         let variable = match port {
             WrittenPort::Period => Some(Arc::clone(self.engine.variables.period(number))),
-            WrittenPort::Port(port) => self.engine.variables.of(number, port as usize).cloned(),
+            WrittenPort::Port(port) => {
+                let port = InstancePort::new(number, port as usize);
+                self.engine.variables.of(port).cloned()
+            }
         };
         let Some(variable) = variable else {
             return;
@@ -413,7 +414,7 @@ impl Player {
         }
     }
 
-    fn publish_inputs(&mut self, number: usize, turn: &RecordedTurn) {
+    fn publish_inputs(&mut self, number: SchemaId, turn: &RecordedTurn) {
         if let Some(instance) = self.engine.application.instances.get(number) {
             self.inputs
                 .publish_inputs(&mut *self.recorded_run, instance, turn);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
 
 use jde_abi::describe::{Kind, Role};
-use jde_app::{Application, Binding, ImportSource as Origin, InstanceConfig, RemoteVariable};
+use jde_app::{Application, Binding, ImportSource as Origin, InstanceConfig, InstancePort, RemoteVariable};
 use jde_board::{Reader, Stamp, Variable, Watch, Writer};
 use jde_core::Nanos;
 use jde_records::turn::{RecordedTurn, Turn};
@@ -33,12 +33,12 @@ struct RecordedExport {
 /// Returns the importable variables that no schema of the replay produces: those of drivers and of other
 /// applications.
 pub(super) fn recorded_origins(application: &Application) -> Vec<Origin> {
-    let instances = application.instances.iter().enumerate();
+    let instances = application.instances.entries();
     let drivers = instances.filter(|(_, instance)| is_driver(instance));
     let exports = drivers.flat_map(|(number, instance)| {
         let ports = instance.schema.ports.iter().enumerate();
         let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export { .. }));
-        exports.map(move |(port, _)| Origin::Local(number, port))
+        exports.map(move |(port, _)| Origin::Local(InstancePort::new(number, port)))
     });
     let remotes = (0..application.remotes.len()).map(Origin::Remote);
     exports.chain(remotes).collect()
@@ -73,7 +73,7 @@ impl RecordedInputs {
         for origin in recorded_origins(&engine.application) {
             let variable = engine.variables.source(origin);
             let (writer, name) = match origin {
-                Origin::Local(instance, _) => (instance as u32, engine.name(instance)),
+                Origin::Local(port) => (port.instance.0, engine.name(port.instance)),
                 Origin::Remote(_) => (RemoteVariable::WRITER, "elsewhere"),
             };
             let writer = variable.writer(writer, name).map_err(|error| error.to_string())?;

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_abi::describe::{Role, Type};
+use jde_app::InstancePort;
 use jde_board::Variable;
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId, Table};
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::recorded_run::RecordedRun;
@@ -20,7 +21,7 @@ pub struct PairedWrite {
     /// When that turn ended, ns.
     pub time: Nanos,
     /// The schema.
-    pub schema: usize,
+    pub schema: SchemaId,
     /// Its port.
     pub port: String,
     /// The full name of the variable.
@@ -50,8 +51,7 @@ pub enum WriteOutcome {
 #[derive(Default)]
 pub(super) struct WriteMatcher {
     pairs: Vec<PairedWrite>,
-    /// By schema and port.
-    counts: BTreeMap<(usize, usize), PairingState>,
+    counts: BTreeMap<InstancePort, PairingState>,
 }
 
 /// How far the values of a port have been paired.
@@ -66,7 +66,7 @@ struct PairingState {
 /// A port whose writes are paired.
 struct WrittenPort<'a> {
     time: Nanos,
-    schema: usize,
+    schema: SchemaId,
     number: usize,
     name: &'a str,
     is_export: bool,
@@ -82,7 +82,7 @@ impl WriteMatcher {
     pub(super) fn pair_turn(
         &mut self,
         engine: &Engine,
-        schema: usize,
+        schema: SchemaId,
         slot: &mut ReplaySlot,
         turn: &RecordedTurn,
         recorded_run: &mut dyn RecordedRun,
@@ -118,10 +118,14 @@ impl WriteMatcher {
     }
 
     /// Records writes in turns that the recording does not contain.
-    pub(super) fn pair_unrecorded(&mut self, engine: &Engine, slots: &mut [Option<ReplaySlot>]) {
+    pub(super) fn pair_unrecorded(
+        &mut self,
+        engine: &Engine,
+        slots: &mut Table<SchemaId, Option<ReplaySlot>>,
+    ) {
         let time = engine.clock.now();
-        for (schema, slot) in slots.iter_mut().enumerate() {
-            let Some(slot) = slot.as_mut().filter(|slot| !slot.in_turn) else {
+        for schema in slots.ids() {
+            let Some(slot) = slots[schema].as_mut().filter(|slot| !slot.in_turn) else {
                 continue;
             };
             for PortWrite { port, bytes, .. } in slot.runner.take_writes() {
@@ -228,7 +232,9 @@ impl WriteMatcher {
             last_recorded: 0,
             offset: Some(0),
         };
-        self.counts.entry((port.schema, port.number)).or_insert(initial)
+        self.counts
+            .entry(InstancePort::new(port.schema, port.number))
+            .or_insert(initial)
     }
 
     fn add(&mut self, port: &WrittenPort<'_>, recorded: WriteOutcome, replayed: WriteOutcome) {

@@ -1,5 +1,6 @@
 //! The arbitration of a father among his children, when the rules request it.
 
+use jde_app::RoleId;
 use jde_core::{ArbitrationReply, GroupId, Level};
 use jde_records::turn::TurnKind;
 
@@ -40,11 +41,9 @@ impl Runner {
             Err(reason) => return ArbitrationReply::Failed { reason },
         };
         let children = &self.engine.application.instances[self.number].children;
-        let child = role
-            .and_then(|role| children[role])
-            .map(|child| jde_core::SchemaId(child as u32));
+        let child = role.and_then(|role| children[role]);
         match (role, child) {
-            (Some(role), None) => ArbitrationReply::Failed {
+            (Some(RoleId(role)), None) => ArbitrationReply::Failed {
                 reason: format!("chose the unbound child {role}"),
             },
             _ => ArbitrationReply::Chosen { child, reason },

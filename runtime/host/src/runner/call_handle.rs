@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 
 use super::Runner;
 use crate::engine::Engine;
@@ -12,12 +12,12 @@ use crate::instance::PortAccess;
 #[derive(Clone)]
 pub(crate) struct CallHandle {
     engine: Arc<Engine>,
-    number: usize,
+    number: SchemaId,
     port_access: Arc<PortAccess>,
 }
 
 impl CallHandle {
-    pub(super) fn new(engine: &Arc<Engine>, number: usize, port_access: &Arc<PortAccess>) -> Self {
+    pub(super) fn new(engine: &Arc<Engine>, number: SchemaId, port_access: &Arc<PortAccess>) -> Self {
         Self {
             engine: Arc::clone(engine),
             number,
@@ -33,7 +33,7 @@ impl CallHandle {
     pub(crate) fn give_up(
         &self,
         since: Nanos,
-        guard: Option<usize>,
+        guard: Option<SchemaId>,
         report: impl FnOnce(u64),
     ) -> Option<Runner> {
         let ports = self.port_access.give_up(since, |kept| {

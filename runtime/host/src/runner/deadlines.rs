@@ -59,11 +59,14 @@ impl Deadlines {
     pub(super) fn advance(&mut self, period: Nanos, now: Nanos) -> TurnEnd {
         let full = self.due.saturating_add(period);
         self.due = match now.checked_sub(self.anchor) {
+            // A division takes longer than the rest of this function.
+            Some(since) if since < period => self.anchor.saturating_add(period),
             Some(since) => self
                 .anchor
                 .saturating_add((since / period + 1).saturating_mul(period)),
             None => self.anchor,
         };
+        self.anchor = self.due;
         TurnEnd {
             missed: full <= now,
             is_short: self.due < full,
@@ -119,7 +122,7 @@ mod tests {
     fn next(anchor: Nanos, due: Nanos, now: Nanos) -> (Nanos, bool, bool) {
         let mut deadlines = Deadlines { anchor, due };
         let end = deadlines.advance(75, now);
-        assert_eq!(deadlines.anchor, anchor);
+        assert_eq!(deadlines.anchor % 75, anchor % 75, "it stays on its grid");
         (deadlines.due(), end.missed, end.is_short)
     }
 

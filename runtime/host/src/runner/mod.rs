@@ -21,7 +21,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::time::Instant;
 
 use jde_abi::describe::Kind;
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_loader::build::Build;
 use jde_records::turn::TurnKind;
 
@@ -41,7 +41,7 @@ const MIN_REST: Nanos = 200_000;
 /// Takes one instance through the phases of its life.
 pub(crate) struct Runner {
     engine: Arc<Engine>,
-    number: usize,
+    number: SchemaId,
     kind: Kind,
     is_guard: bool,
     port_access: Arc<PortAccess>,
@@ -69,13 +69,13 @@ pub(crate) struct Runner {
 }
 
 impl Runner {
-    pub(crate) fn new(engine: &Arc<Engine>, number: usize, build: Build, ports: Ports) -> Self {
+    pub(crate) fn new(engine: &Arc<Engine>, number: SchemaId, build: Build, ports: Ports) -> Self {
         engine.builds.set_initial(number, Arc::new(build));
         Self::with_ports(engine, number, ports)
     }
 
     /// A runner of the build that is in force for the instance.
-    fn with_ports(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
+    fn with_ports(engine: &Arc<Engine>, number: SchemaId, mut ports: Ports) -> Self {
         let config = &engine.application.instances[number];
         let kind = config.schema.kind;
         let panel = jde_loader::instance::panel_of(&engine.builds.current(number).table);

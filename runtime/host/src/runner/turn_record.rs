@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_records::turn::{Call, Exchange, Moment, Permission, Turn, TurnKind};
 
 use crate::instance::{Instance, PortWrite, TurnOverflow};
@@ -19,7 +19,7 @@ pub(super) struct TurnRecord {
 }
 
 impl TurnRecord {
-    pub(super) fn new(schema: usize, journal: Option<Arc<Journal>>, is_replayed: bool) -> Self {
+    pub(super) fn new(schema: SchemaId, journal: Option<Arc<Journal>>, is_replayed: bool) -> Self {
         Self {
             has_calls: journal.is_some() || is_replayed,
             turn: Turn::new(TurnKind::Cycled(None), schema),
@@ -32,7 +32,7 @@ impl TurnRecord {
     pub(super) fn begin(&mut self, kind: TurnKind) -> &mut Turn {
         // A turn is large, and most runs record none.
         if self.journal.is_some() {
-            self.turn = Turn::new(kind, self.turn.schema as usize);
+            self.turn = Turn::new(kind, SchemaId(self.turn.schema));
             self.overflow.ports.clear();
         }
         &mut self.turn
@@ -84,7 +84,7 @@ impl TurnRecord {
     /// Forwards that another build takes the turns from now on.
     pub(super) fn forward_swap(&self, exchange: Exchange, now: Nanos) {
         if let Some(journal) = &self.journal {
-            let mut turn = Turn::new(TurnKind::Reloaded(exchange), self.turn.schema as usize);
+            let mut turn = Turn::new(TurnKind::Reloaded(exchange), SchemaId(self.turn.schema));
             turn.looked = Call {
                 after: journal.last(),
                 time: now,

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use jde_board::value::Value;
+use jde_core::SchemaId;
 use jde_host::{Handle, Options, Running};
 use jde_loader::{Plugins, SearchPath};
 use jde_records::event::Outcome;
@@ -50,7 +51,7 @@ pub(crate) struct Fixture {
     handle: Handle,
     /// Resources that must live as long as the application.
     pub(crate) resources: Box<dyn Any>,
-    pilot: usize,
+    pilot: SchemaId,
     _watchdog: Watchdog,
 }
 
@@ -183,7 +184,7 @@ impl Fixture {
     }
 
     /// Returns the index of the pilot's instance, to hold or release it.
-    pub(crate) fn pilot(&self) -> usize {
+    pub(crate) fn pilot(&self) -> SchemaId {
         self.pilot
     }
 

@@ -2,14 +2,15 @@
 
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use jde_p2os_server::{EndpointAddress, Event, EventKind, Options, Server};
 use jde_sim::World;
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 use tempfile::TempDir;
 
 use crate::fixture::ROOM;
@@ -85,11 +86,11 @@ impl ServedRoom {
             let (stop, events, motion) = (Arc::clone(&stop), Arc::clone(&events), Arc::clone(&motion));
             move || {
                 while !stop.load(Ordering::Relaxed) {
-                    let record = |event: &Event| lock(&events).push(event.clone());
+                    let record = |event: &Event| events.lock().push(event.clone());
                     server.run(&stop, Some(STEP), record).expect("the server runs");
                     let (robot, _) = server.world().robots().next().expect("a robot");
                     let twist = server.world().truth(robot).twist;
-                    *lock(&motion) = [twist.linear, twist.angular];
+                    *motion.lock() = [twist.linear, twist.angular];
                 }
             }
         });
@@ -110,14 +111,14 @@ impl ServedRoom {
 
     /// Waits until this event has occurred.
     pub(crate) fn until_event(&self, matches: impl Fn(&EventKind) -> bool) {
-        while !lock(&self.events).iter().any(|event| matches(&event.kind)) {
+        while !self.events.lock().iter().any(|event| matches(&event.kind)) {
             std::thread::yield_now();
         }
     }
 
     /// Waits until the robot is at rest.
     pub(crate) fn until_standing(&self) {
-        while *lock(&self.motion) != [0.0; 2] {
+        while *self.motion.lock() != [0.0; 2] {
             std::thread::yield_now();
         }
     }
@@ -160,8 +161,4 @@ impl FixedAddress {
             None => format!("serial:{}@9600", self.link.display()),
         }
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

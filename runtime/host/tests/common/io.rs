@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use jde_schema::prelude::*;
 
-use super::scenario::{Scenario, lock};
+use super::scenario::Scenario;
 
 /// A call of a schema, as its behaviour receives it. A schema in another language gives the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +119,7 @@ impl<'a> Io<'a> {
                 }
                 Ok(())
             }
-            Some(behaviour) => scenario.track_call(name, call, || lock(&behaviour)(call, self)),
+            Some(behaviour) => scenario.track_call(name, call, || behaviour.lock()(call, self)),
             None => self.perform_by_default(call),
         };
         if let Some(then) = self.then.take() {

@@ -11,10 +11,10 @@ use std::str::FromStr;
 use std::sync::OnceLock;
 
 use jde_abi::inspect::Problem;
-use jde_abi::raw;
+use jde_abi::{describe, raw};
 use jde_app::Inspection;
 use jde_isolation::{Inspector, Program};
-use jde_loader::{Inspect, Inspected, LoadError, Plugins, SearchPath};
+use jde_loader::{Inspect, LoadError, Plugins, SearchPath};
 
 use super::foreign::{MadeCall, outcome};
 use super::io::{Answer, Call, Caller, Request};
@@ -68,7 +68,7 @@ fn inspector() -> &'static Inspector {
 }
 
 impl Inspect for Shared {
-    fn describe(&self, copy: &Path, path: &Path) -> Result<Inspected, LoadError> {
+    fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
         inspector().describe(copy, path)
     }
 

@@ -1,12 +1,13 @@
 //! The scenario of one test: the behaviour of each instance, and a log of what the instances did, in order.
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use jde_host::Handle;
 use jde_records::event::Event;
 use jde_schema::Result;
+use parking_lot::{Condvar, Mutex};
 
 use super::io::{Call, Io};
 
@@ -61,13 +62,13 @@ impl Scenario {
             quiet,
             ..Self::default()
         });
-        lock(&SCENARIOS).push(Arc::clone(&scenario));
+        SCENARIOS.lock().push(Arc::clone(&scenario));
         scenario
     }
 
     /// The scenario with this number. Instances find their scenario by it.
     pub(crate) fn of(number: u32) -> Arc<Self> {
-        let scenarios = lock(&SCENARIOS);
+        let scenarios = SCENARIOS.lock();
         let scenario = scenarios.iter().find(|scenario| scenario.number == number);
         Arc::clone(scenario.expect("every schema of the test plugin has the number of a scenario"))
     }
@@ -82,7 +83,9 @@ impl Scenario {
         name: &str,
         behaviour: impl FnMut(Call, &mut Io<'_>) -> Result + Send + 'static,
     ) {
-        lock(&self.behaviours).insert(name.to_owned(), Arc::new(Mutex::new(Box::new(behaviour))));
+        self.behaviours
+            .lock()
+            .insert(name.to_owned(), Arc::new(Mutex::new(Box::new(behaviour))));
     }
 
     /// Adds a motor schema that is READY while `ready` is true, and commands `speed` in each iteration.
@@ -102,21 +105,21 @@ impl Scenario {
 
     /// Sets how an instance draws its panel. A drawing that blocks does not block the behaviour of other calls.
     pub(crate) fn on_draw(&self, name: &str, draw: impl Fn(&Io<'_>) + Send + Sync + 'static) {
-        lock(&self.draw_fns).insert(name.to_owned(), Arc::new(draw));
+        self.draw_fns.lock().insert(name.to_owned(), Arc::new(draw));
     }
 
     pub(crate) fn draw_fn(&self, name: &str) -> Option<DrawFn> {
-        lock(&self.draw_fns).get(name).cloned()
+        self.draw_fns.lock().get(name).cloned()
     }
 
     /// Makes waiting threads check their conditions again, after an event that no schema caused.
     pub(crate) fn notify(&self) {
-        lock(&self.log).version += 1;
+        self.log.lock().version += 1;
         self.changed.notify_all();
     }
 
     pub(crate) fn behaviour(&self, name: &str) -> Option<Arc<Mutex<Behaviour>>> {
-        lock(&self.behaviours).get(name).cloned()
+        self.behaviours.lock().get(name).cloned()
     }
 
     /// Records a line.
@@ -124,7 +127,7 @@ impl Scenario {
         if self.quiet {
             return;
         }
-        let mut log = lock(&self.log);
+        let mut log = self.log.lock();
         log.lines.push(line());
         log.version += 1;
         drop(log);
@@ -135,7 +138,7 @@ impl Scenario {
         if self.quiet {
             return;
         }
-        let mut log = lock(&self.log);
+        let mut log = self.log.lock();
         log.events.push(event.clone());
         log.version += 1;
         drop(log);
@@ -144,17 +147,18 @@ impl Scenario {
 
     /// All lines so far.
     pub(crate) fn lines(&self) -> Vec<String> {
-        lock(&self.log).lines.clone()
+        self.log.lock().lines.clone()
     }
 
     /// Whether the line was recorded.
     pub(crate) fn has_line(&self, line: &str) -> bool {
-        lock(&self.log).lines.iter().any(|recorded| recorded == line)
+        self.log.lock().lines.iter().any(|recorded| recorded == line)
     }
 
     /// How often the line was recorded.
     pub(crate) fn count(&self, line: &str) -> usize {
-        lock(&self.log)
+        self.log
+            .lock()
             .lines
             .iter()
             .filter(|recorded| *recorded == line)
@@ -179,17 +183,18 @@ impl Scenario {
 
     /// All events of the application.
     pub(crate) fn events(&self) -> Vec<Event> {
-        lock(&self.log).events.clone()
+        self.log.lock().events.clone()
     }
 
     /// Whether such an event occurred.
     pub(crate) fn has_event(&self, expected: impl Fn(&Event) -> bool) -> bool {
-        lock(&self.log).events.iter().any(expected)
+        self.log.lock().events.iter().any(expected)
     }
 
     /// The number of such events.
     pub(crate) fn count_events(&self, expected: impl Fn(&Event) -> bool) -> usize {
-        lock(&self.log)
+        self.log
+            .lock()
             .events
             .iter()
             .filter(|event| expected(event))
@@ -197,28 +202,24 @@ impl Scenario {
     }
 
     pub(crate) fn set_handle(&self, handle: Handle) {
-        let before = lock(&self.handle).replace(handle);
+        let before = self.handle.lock().replace(handle);
         assert!(before.is_none(), "a scenario has one application");
     }
 
     /// The application, for behaviours that inspect it.
     pub(crate) fn handle(&self) -> Option<Handle> {
-        lock(&self.handle).clone()
+        self.handle.lock().clone()
     }
 
     /// Blocks until `done`, which is evaluated again after every entry.
     pub(crate) fn wait_until(&self, mut done: impl FnMut() -> bool) {
         loop {
-            let seen = lock(&self.log).version;
+            let seen = self.log.lock().version;
             if done() {
                 return;
             }
-            let log = lock(&self.log);
-            drop(
-                self.changed
-                    .wait_while(log, |log| log.version == seen)
-                    .unwrap_or_else(PoisonError::into_inner),
-            );
+            let mut log = self.log.lock();
+            self.changed.wait_while(&mut log, |log| log.version == seen);
         }
     }
 
@@ -227,10 +228,10 @@ impl Scenario {
         struct RemoveOnDrop<'a>(&'a Scenario, &'a str);
         impl Drop for RemoveOnDrop<'_> {
             fn drop(&mut self) {
-                lock(&self.0.inside).remove(self.1);
+                self.0.inside.lock().remove(self.1);
             }
         }
-        lock(&self.inside).insert(name.to_owned(), call);
+        self.inside.lock().insert(name.to_owned(), call);
         let _guard = RemoveOnDrop(self, name);
         run()
     }
@@ -238,7 +239,7 @@ impl Scenario {
     /// The current state, for a watchdog: the calls that run, the last lines, and the state of each
     /// schema.
     pub(crate) fn report(&self) -> String {
-        let inside = lock(&self.inside).clone();
+        let inside = self.inside.lock().clone();
         let lines = self.lines();
         let last = &lines[lines.len().saturating_sub(REPORTED_LINES)..];
         // The snapshot comes last, because it needs the rules' lock, which a hung thread may hold.
@@ -253,14 +254,9 @@ impl Scenario {
 
     /// Removes the scenario, so that the values in its behaviours are dropped.
     pub(crate) fn close(&self) {
-        lock(&SCENARIOS).retain(|scenario| scenario.number != self.number);
-        lock(&self.behaviours).clear();
-        lock(&self.draw_fns).clear();
-        lock(&self.handle).take();
+        SCENARIOS.lock().retain(|scenario| scenario.number != self.number);
+        self.behaviours.lock().clear();
+        self.draw_fns.lock().clear();
+        self.handle.lock().take();
     }
-}
-
-/// Locks also after a panic: a test that fails under a lock must not hide its reason behind another panic.
-pub(crate) fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_app::{Application, parse};
+use jde_core::{Id, SchemaId};
 use jde_host::reload::PendingReload;
 use jde_host::{Handle, Lockstep, OperatorHandle, Options, Running, StartError};
 use jde_loader::{Plugins, SearchPath};
@@ -220,9 +221,9 @@ impl TestApp {
         }
     }
 
-    /// The index of an instance.
+    /// The instance of that name.
     #[track_caller]
-    pub(crate) fn index(&self, name: &str) -> usize {
+    pub(crate) fn index(&self, name: &str) -> SchemaId {
         let index = self.handle.application().instance(name);
         index.unwrap_or_else(|| panic!("there is no {name}"))
     }
@@ -230,7 +231,10 @@ impl TestApp {
     /// An instance as tools see it.
     #[track_caller]
     pub(crate) fn schema(&self, name: &str) -> SchemaView {
-        self.handle.snapshot().schemas.swap_remove(self.index(name))
+        self.handle
+            .snapshot()
+            .schemas
+            .swap_remove(self.index(name).index())
     }
 
     /// An operator of the application.
@@ -250,6 +254,10 @@ impl TestApp {
     #[track_caller]
     pub(crate) fn winner(&self, group: &str) -> Option<String> {
         let winner = self.group(group).winner?;
-        Some(self.handle.application().instances[winner].name.clone())
+        Some(
+            self.handle.application().instances[SchemaId::new(winner)]
+                .name
+                .clone(),
+        )
     }
 }

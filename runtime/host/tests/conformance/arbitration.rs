@@ -3,8 +3,8 @@
 #![allow(unsafe_code, reason = "the test builds a table that breaks its contract")]
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc;
-use std::sync::{Arc, Mutex};
 
 use jde_abi::raw;
 use jde_app::parse;
@@ -12,6 +12,7 @@ use jde_core::{Decider, Health};
 use jde_host::Options;
 use jde_records::event::{Event, What};
 use jde_schema::Describe;
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Io, Scenario, TestApp, in_languages, on_every_executor, plugins, text};
 
@@ -95,7 +96,7 @@ fn overruled(app: &mut TestApp, reason: &str) {
         matches!(event, Event::Decision(record)
             if record.decider == Decider::ArbitrationFailed
                 && record.reason.contains(reason)
-                && record.choice.map(|id| id.index()) == Some(left))
+                && record.choice == Some(left))
     };
     app.until(|app| app.scenario.has_event(failed));
     app.until_line("robot velocity 0.1");
@@ -120,7 +121,7 @@ fn r4_the_fathers_choice_wins_with_its_reason(executor: Executor) {
     app.until(|app| {
         app.scenario.has_event(|event| {
             matches!(event, Event::Decision(record) if record.decider == Decider::Father
-                && record.choice.map(|id| id.index()) == Some(right)
+                && record.choice == Some(right)
                 && record.reason == "father chose b")
         })
     });
@@ -246,7 +247,7 @@ fn r4_a_father_that_hangs_is_overruled_when_its_budget_ends(executor: Executor) 
     let held = Mutex::new(held);
     let scenario = scenario(move |io| {
         // Until the test drops the sender.
-        let _ = held.lock().unwrap().recv();
+        let _ = held.lock().recv();
         io.choose("b");
         Ok(())
     });

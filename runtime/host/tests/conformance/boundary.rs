@@ -2,12 +2,13 @@
 //! states of children, values of a type of one's own, memories, and log messages.
 
 use std::fmt::Debug;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_core::State;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_schema::Precondition;
+use parking_lot::Mutex;
 use tracing::field::Field;
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Metadata, Subscriber};
@@ -243,7 +244,7 @@ impl Subscriber for Messages {
         let mut line = event.metadata().level().to_string();
         let mut add = |field: &Field, value: &dyn Debug| line += &format!(" {}={value:?}", field.name());
         event.record(&mut add);
-        self.0.lock().unwrap().push(line);
+        self.0.lock().push(line);
     }
 
     fn new_span(&self, _: &Attributes<'_>) -> Id {
@@ -273,9 +274,9 @@ fn a_log_message_has_its_level_its_text_and_the_name_of_its_schema(executor: Exe
     tracing::subscriber::with_default(messages.clone(), || {
         let mut app = TestApp::start(executor, &scenario, ALONE);
         app.until_line("low iterate");
-        app.until(|_| !messages.0.lock().unwrap().is_empty());
+        app.until(|_| !messages.0.lock().is_empty());
         app.stop();
     });
     let expected = "INFO message=half past 3: 50 % of it schema=\"low\"";
-    assert_eq!(messages.0.lock().unwrap()[0], expected);
+    assert_eq!(messages.0.lock()[0], expected);
 }

@@ -1,5 +1,6 @@
 //! Groups whose winner changes repeatedly (R4).
 
+use jde_core::GroupId;
 use jde_records::event::{Event, Occurrence, What};
 
 use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
@@ -57,7 +58,7 @@ fn r4_chattering_is_reported_at_its_start_and_at_its_end(executor: Executor) {
         Event::Other(Occurrence {
             what:
                 What::ChatteringStarted {
-                    group: 0,
+                    group: GroupId(0),
                     between,
                     switches: 5,
                 },
@@ -66,7 +67,7 @@ fn r4_chattering_is_reported_at_its_start_and_at_its_end(executor: Executor) {
         Event::Other(Occurrence {
             what:
                 What::ChatteringEnded {
-                    group: 0,
+                    group: GroupId(0),
                     since: started,
                     switches,
                     ..

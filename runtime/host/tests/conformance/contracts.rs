@@ -1,14 +1,15 @@
 //! Takeovers in an application whose calls take their whole budgets, at pseudo-random moments (R17). Time is
 //! counted, so only calls take time, and a contract that is too small is exceeded.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use jde_core::{GroupContract, Nanos, contract};
+use jde_core::{GroupContract, GroupId, Nanos, contract};
 use jde_host::Options;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_records::event::{Event, Occurrence, What};
 use jde_schema::prelude::*;
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Io, MS, Scenario, TEST, TestApp, in_real_time, on_every_executor};
 
@@ -147,7 +148,7 @@ fn run_with_extra(
             count += 1;
             // The phase differs from that of every period.
             spend(io, random.next(6000) * 1000);
-            publishes.lock().unwrap().push(io.now());
+            publishes.lock().push(io.now());
             io.publish(f64::from(count));
         }
         Ok(())
@@ -182,7 +183,7 @@ fn run_with_extra(
     let contract = contracts
         .into_iter()
         .find(|contract| contract.name == "father/base");
-    let published = published.lock().unwrap().clone();
+    let published = published.lock().clone();
     (scenario, contract.expect("it has members"), published)
 }
 
@@ -194,7 +195,7 @@ fn takeovers(scenario: &Scenario, contract: &GroupContract) -> Vec<(Nanos, Nanos
             time,
             what:
                 What::TookOver {
-                    group: 1,
+                    group: GroupId(1),
                     latency,
                     allowed,
                     ..

@@ -39,7 +39,7 @@ fn what_is_no_exception_is_a_fault_in_each_call(executor: Executor) {
         } else {
             format!("panicked in {call}: ")
         };
-        let expected = panicked + "it threw what is no std::exception";
+        let expected = panicked + "it threw something that is not a std::exception";
         let is_fault = |event: &Event| matches!(event.what(), Some(What::HealthChanged { health: Health::Faulted(reason), .. }) if *reason == expected);
         app.until(|app| app.scenario.has_event(is_fault));
         // The destructor throws too.

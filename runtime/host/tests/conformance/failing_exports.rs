@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
+use jde_core::SchemaId;
 use jde_host::SensorFault;
 use jde_records::event::{OperatorAction, What};
 
@@ -72,7 +73,7 @@ fn start(executor: Executor) -> (TestApp, Arc<Seen>) {
     (app, seen)
 }
 
-fn fail(app: &TestApp, fault: SensorFault) -> usize {
+fn fail(app: &TestApp, fault: SensorFault) -> SchemaId {
     let eye = app.index("eye");
     app.operator()
         .fail_export(eye, "out", fault)
@@ -214,7 +215,10 @@ fn r14_failures_that_are_not_possible_are_refused_with_a_reason(executor: Execut
             "no export `gain`",
         ),
         (operator.fail_export(eye, "out", blocked), "has no beams"),
-        (operator.fail_export(99, "out", blocked), "no schema number 99"),
+        (
+            operator.fail_export(SchemaId(99), "out", blocked),
+            "no schema number 99",
+        ),
         (operator.repair_export(eye, "out"), "`eye.out` does not fail"),
     ] {
         let reason = result.expect_err("it is refused");

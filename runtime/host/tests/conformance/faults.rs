@@ -1,13 +1,14 @@
 //! Schemas that panic or fail in any of their calls. They affect no other schema. Their restart policy
 //! decides what follows.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::SeqCst;
-use std::sync::{Arc, Mutex};
 
-use jde_core::{Health, State};
+use jde_core::{Health, Id, State};
 use jde_host::{Options, StartError};
 use jde_records::event::{Event, Outcome, StateChange, What};
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, LIVE, Language, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -228,8 +229,8 @@ fn a_faulted_winner_is_replaced_at_once_and_its_commands_end(executor: Executor)
         _ => None,
     });
     let next = next.expect("a selection");
-    assert_eq!(next.choice.map(|id| id.index()), Some(low), "{next:?}");
-    assert!(matches!(next.cause, jde_core::Cause::Faulted(id) if id.index() == high));
+    assert_eq!(next.choice, Some(low), "{next:?}");
+    assert!(matches!(next.cause, jde_core::Cause::Faulted(id) if id == high));
 }
 
 fn a_restart_makes_a_fresh_instance(executor: Executor) {
@@ -240,7 +241,7 @@ fn a_restart_makes_a_fresh_instance(executor: Executor) {
     let mut failures = 0;
     scenario.on_call("high", move |call, io| {
         match call {
-            Call::Awake => record.lock().unwrap().push(io.memory),
+            Call::Awake => record.lock().push(io.memory),
             Call::Check => io.ready(true),
             Call::Iterate if failures < 2 => {
                 failures += 1;
@@ -252,7 +253,7 @@ fn a_restart_makes_a_fresh_instance(executor: Executor) {
     });
     let mut app = TestApp::start(executor, &scenario, PAIR);
     app.until(|app| app.schema("high").health == Health::Ok && app.scenario.count("high iterate") > 5);
-    assert_eq!(*memories.lock().unwrap(), [0; 3]);
+    assert_eq!(*memories.lock(), [0; 3]);
     assert_eq!(scenario.count("high drop"), Language::of_test().ends(2));
     app.stop();
 }
@@ -341,7 +342,7 @@ fn r15_a_fault_without_a_successor_is_a_switch(executor: Executor) {
     let mut app = TestApp::start(executor, &scenario, &body);
     app.until(|app| app.schema("high").faults == 1 && app.group("roots").switches == 2);
     let last = app.group("roots").last.expect("there was one");
-    assert_eq!((last.from, last.to), (Some(app.index("high")), None));
+    assert_eq!((last.from, last.to), (Some(app.index("high").index()), None));
     app.stop();
 }
 

@@ -1,7 +1,7 @@
 //! Guards of commands (R18): what they refuse does not take effect, and the next candidate acts.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_app::parse;
 use jde_core::{Cause, State};
@@ -9,6 +9,7 @@ use jde_host::Options;
 use jde_loader::SearchPath;
 use jde_records::event::{Event, What};
 use jde_records::{Decision, DecisionTracker};
+use parking_lot::Mutex;
 
 use crate::common::{
     Call, Executor, MS, Scenario, TestApp, c, in_languages, on_every_executor, plugins_with, text,
@@ -74,7 +75,7 @@ pub(crate) fn guarded(scenario: &Scenario, limit: Option<f64>) -> Limit {
     let state = Arc::clone(&limit);
     scenario.on_call("eye", move |call, io| {
         if call == Call::Iterate {
-            match *state.lock().unwrap() {
+            match *state.lock() {
                 Some(limit) => io.publish(limit),
                 None => io.retract(),
             }
@@ -114,7 +115,7 @@ fn r18_the_next_candidate_acts_instead_of_a_refused_one(executor: Executor) {
 fn r18_a_refused_schema_may_try_again(executor: Executor) {
     let (_, limit, mut app) = start(executor, Some(0.2), true);
     app.until_line("robot velocity 0.1");
-    *limit.lock().unwrap() = Some(1.0);
+    *limit.lock() = Some(1.0);
     app.until_line("robot velocity 0.5");
     app.stop();
 }
@@ -164,7 +165,7 @@ fn r18_without_a_state_every_command_is_refused(executor: Executor) {
     let (scenario, limit, mut app) = start(executor, None, false);
     app.until(|app| app.schema("high").refused > 1);
     assert!(!scenario.has_line("robot velocity 0.5"));
-    *limit.lock().unwrap() = Some(1.0);
+    *limit.lock() = Some(1.0);
     app.until_line("robot velocity 0.5");
     app.stop();
 }
@@ -186,7 +187,7 @@ fn r18_a_command_in_force_ends_when_its_guard_refuses_it(executor: Executor) {
     commands_once(&scenario, 0.5);
     let mut app = TestApp::start(executor, &scenario, TWO);
     app.until_line("robot velocity 0.5");
-    *limit.lock().unwrap() = Some(0.2);
+    *limit.lock() = Some(0.2);
     app.until_line("robot velocity 0");
     let refused =
         |event: &Event| matches!(event, Event::Decision(record) if matches!(record.cause, Cause::Refused(_)));
@@ -266,7 +267,7 @@ fn r18_a_command_in_force_is_limited_by_a_new_state(executor: Executor) {
     commands_once(&scenario, 0.5);
     let mut app = TestApp::start(executor, &scenario, TWO);
     app.until_line("robot velocity 0.5");
-    *limit.lock().unwrap() = Some(0.35);
+    *limit.lock() = Some(0.35);
     app.until_line("robot velocity 0.35");
     app.stop();
 }
@@ -365,7 +366,7 @@ fn r18_a_driver_gets_a_turn_at_once_when_its_command_is_refused() {
     let mut app = TestApp::start(Executor::Lockstep, &scenario, &text);
     app.until_line("robot velocity 0.5");
     let before = app.handle.now();
-    *limit.lock().unwrap() = Some(0.2);
+    *limit.lock() = Some(0.2);
     app.until_line("robot velocity 0");
     let stopped = app.handle.now() - before;
     assert!(

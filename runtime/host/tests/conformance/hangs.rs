@@ -3,10 +3,11 @@
 //!
 //! Lockstep has one thread, and calls take no time there, so these tests run on the real-time executors only.
 
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, mpsc};
 
-use jde_core::{Health, State};
+use jde_core::{Health, SchemaId, State};
 use jde_records::event::{Event, Outcome, What};
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Language, Scenario, TestApp, in_languages, in_real_time};
 
@@ -52,11 +53,11 @@ pub(crate) fn blocker() -> (mpsc::Sender<()>, impl Fn() + Send + 'static) {
     let held = Mutex::new(held);
     (release, move || {
         // An error means that the sender was dropped.
-        let _ = held.lock().unwrap().recv();
+        let _ = held.lock().recv();
     })
 }
 
-pub(crate) fn hung(event: &Event, index: usize) -> bool {
+pub(crate) fn hung(event: &Event, index: SchemaId) -> bool {
     matches!(event.what(), Some(What::Hung { schema, .. }) if *schema == index)
 }
 

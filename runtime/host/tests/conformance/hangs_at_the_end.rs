@@ -1,11 +1,12 @@
 //! Calls that hang at the end: of an instance, or of the application.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_core::Health;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_records::event::{Event, Occurrence, Outcome, What};
+use parking_lot::Mutex;
 
 use super::hangs::{PAIR, blocker, hung};
 use crate::common::{Call, Executor, Scenario, TEST, TestApp, in_real_time};
@@ -65,7 +66,7 @@ fn the_application_ends_although_a_call_never_returns(executor: Executor) {
     scenario.on_call("low", move |call, io| {
         if call == Call::Check {
             io.record("check");
-            if let Some(hang) = hang.lock().unwrap().take() {
+            if let Some(hang) = hang.lock().take() {
                 hang();
                 io.record("returned");
             }
@@ -145,7 +146,7 @@ fn a_pending_reload_is_resolved_when_the_application_ends(executor: Executor) {
     scenario.on_call("low", move |call, io| {
         if call == Call::Check {
             io.record("check");
-            if let Some(hang) = hang.lock().unwrap().take() {
+            if let Some(hang) = hang.lock().take() {
                 hang();
             }
         }

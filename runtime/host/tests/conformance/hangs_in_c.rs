@@ -6,7 +6,7 @@ use std::path::Path;
 
 use jde_abi::raw;
 use jde_app::parse;
-use jde_core::{Health, SchemaId, State};
+use jde_core::{Health, State};
 use jde_host::Options;
 use jde_loader::SearchPath;
 use jde_records::event::{Event, Occurrence, What};
@@ -111,7 +111,7 @@ fn all_requests_of_an_abandoned_call_are_refused(executor: Executor) {
     assert!(faulted.is_some());
     assert!(events.iter().any(|event| match event {
         Event::Decision(record) => {
-            Some(record.time) == faulted && record.changed && record.choice.map(SchemaId::index) == low
+            Some(record.time) == faulted && record.changed && record.choice == low
         }
         _ => false,
     }));

@@ -34,6 +34,7 @@ mod stopping;
 mod takeover;
 mod time;
 mod unload;
+mod unwitnessed;
 mod validity;
 mod values;
 

@@ -4,13 +4,14 @@
 //! Where time is counted, only calls take time, so a single missed period is a failure. Where a test holds
 //! the calls until it has seen the others run, time is the machine's.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
-use std::sync::{Arc, Mutex};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_host::{Handle, Options};
 use jde_records::event::{Event, Occurrence, What};
 use jde_types::Twist;
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Io, MS, Scenario, TestApp, in_real_time};
 
@@ -87,7 +88,7 @@ fn others_are_in_time(
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
-                record.lock().unwrap().push(io.now());
+                record.lock().push(io.now());
                 io.command(0.1);
             }
             _ => {}
@@ -111,10 +112,10 @@ fn others_are_in_time(
     let app = TestApp::start_with(executor, &scenario, &body(count, arbitrates, keys), options);
     let handle = app.handle.clone();
     app.wait();
-    let times = times.lock().unwrap().clone();
+    let times = times.lock().clone();
     // The first period is shortened intentionally (R11).
     let longest = times.windows(2).skip(1).map(|pair| pair[1] - pair[0]).max();
-    let others = ["low", "robot"].map(|other| handle.schema_indices(other)[0]);
+    let others = ["low", "robot"].map(|other| handle.schemas_named(other)[0]);
     // After the end no thread waits for the counted time.
     let late = scenario.count_events(|event| match event {
         Event::Other(Occurrence {
@@ -179,7 +180,7 @@ fn hang_in_each_call(executor: Executor, count: usize) {
     for (what, keys, act) in rows {
         let arbitrates = what.contains("arbitrate");
         let (scenario, handle) = others_are_in_time(executor, what, (count, arbitrates, keys), act);
-        let named = |schema: usize| &handle.application().instances[schema].name;
+        let named = |schema: SchemaId| &handle.application().instances[schema].name;
         let abandoned = scenario.count_events(|event| match event {
             Event::Other(Occurrence {
                 what: What::CallAbandoned { schema, .. },
@@ -246,7 +247,7 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
                     inside.fetch_add(1, SeqCst);
                     io.scenario.notify();
                     // An error means that the sender was dropped.
-                    let _ = held.lock().unwrap().recv();
+                    let _ = held.lock().recv();
                 }
                 _ => {}
             }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jde_board::value::Value;
-use jde_core::State;
+use jde_core::{SchemaId, State};
 use jde_host::OperatorHandle;
 use jde_records::event::{Event, Occurrence, OperatorAction, What};
 use jde_records::snapshot::SchemaView;
@@ -395,13 +395,14 @@ fn r14_requests_about_unknown_items_are_refused_with_a_reason(executor: Executor
     let unknown = Err(String::from(
         "there is no schema number 99; the application has 4",
     ));
-    assert_eq!(operator.set_period(99, MS), unknown);
-    assert_eq!(operator.modulate(99, "gain", &Value::Float(1.0)), unknown);
+    let absent = SchemaId(99);
+    assert_eq!(operator.set_period(absent, MS), unknown);
+    assert_eq!(operator.modulate(absent, "gain", &Value::Float(1.0)), unknown);
     for refused in [
-        operator.play(99),
-        operator.hold_asleep(99),
-        operator.force(99),
-        operator.release(99),
+        operator.play(absent),
+        operator.hold_asleep(absent),
+        operator.force(absent),
+        operator.release(absent),
     ] {
         assert!(refused.expect_err("there is none").contains("99"));
     }
@@ -425,7 +426,7 @@ fn r14_requests_about_unknown_items_are_refused_with_a_reason(executor: Executor
         .expect_err("an export");
     assert_eq!(
         message,
-        "`father.mission` is no modulation; only modulations can be set"
+        "`father.mission` is not a modulation; only modulations can be set"
     );
     let robot = app.index("robot");
     assert!(operator.force(robot).is_err(), "a driver does not compete");

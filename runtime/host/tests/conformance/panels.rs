@@ -1,13 +1,14 @@
 //! Panels: drawn only while they are viewed, in the schema's own turn, without effects.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 
-use jde_core::Health;
+use jde_core::{Health, SchemaId};
 use jde_host::{Options, PanelError, PanelViewGuard};
 use jde_panel::PanelFrame;
 use jde_panel::{Gesture, Item, Touch};
 use jde_records::turn::{OnTurn, Turn, TurnKind};
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Io, Language, MS, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -148,7 +149,7 @@ fn r8_a_panel_shows_the_inputs_of_the_last_iteration(executor: Executor) {
     scenario.on_call("motor", move |call, io| {
         match call {
             Call::Check => io.ready(true),
-            Call::Iterate => *read.lock().unwrap() = Some(io.input()),
+            Call::Iterate => *read.lock() = Some(io.input()),
             _ => {}
         }
         Ok(())
@@ -157,7 +158,7 @@ fn r8_a_panel_shows_the_inputs_of_the_last_iteration(executor: Executor) {
     let found = Arc::clone(&differs);
     scenario.on_draw("motor", move |io| {
         let input = io.input();
-        if last.lock().unwrap().is_some_and(|last| last != input) {
+        if last.lock().is_some_and(|last| last != input) {
             found.store(true, Ordering::Relaxed);
         }
         io.value("input", input.map_or(-1.0, |(value, _)| value));
@@ -180,15 +181,22 @@ fn a_schema_without_a_panel_refuses_viewers(executor: Executor) {
     assert!(app.schema("motor").panel && !app.schema("eye").panel);
     let refused = app.handle.view_panel(eye, 10.0, || {}).err();
     assert_eq!(refused, Some(PanelError::NoPanel("eye".to_owned())));
-    let refused = app.handle.view_panel(99, 10.0, || {}).err();
-    assert_eq!(refused, Some(PanelError::NoSuchSchema(99, 2)));
+    let absent = SchemaId(99);
+    let refused = app.handle.view_panel(absent, 10.0, || {}).err();
+    assert_eq!(
+        refused,
+        Some(PanelError::NoSuchSchema {
+            schema: absent,
+            count: 2
+        })
+    );
     let pressed = Gesture {
         widget: "go".to_owned(),
         touch: Touch::Pressed,
     };
     let refused = app.handle.touch("ana@laptop", eye, pressed);
     assert_eq!(refused, Err(PanelError::NoPanel("eye".to_owned())));
-    assert_eq!(app.handle.panel(99), None);
+    assert_eq!(app.handle.panel(absent), None);
     app.stop();
 }
 
@@ -390,8 +398,7 @@ fn r16_viewers_change_no_decision() {
         });
         let turns = Arc::new(Mutex::new(Vec::new()));
         let recorder = Arc::clone(&turns);
-        let on_turn: OnTurn =
-            Arc::new(move |turn: &Turn| recorder.lock().expect("no turn panics").push(*turn));
+        let on_turn: OnTurn = Arc::new(move |turn: &Turn| recorder.lock().push(*turn));
         let options = Options {
             on_turn: Some(on_turn),
             ..Options::default()
@@ -407,7 +414,7 @@ fn r16_viewers_change_no_decision() {
         lines.retain(|line| !line.ends_with(" draw"));
         let events = format!("{:?}", scenario.events());
         app.stop();
-        let turns = std::mem::take(&mut *turns.lock().expect("no turn panics"));
+        let turns = std::mem::take(&mut *turns.lock());
         (drawings, lines, events, turns)
     };
     let (drawings, lines, events, turns) = run(false);

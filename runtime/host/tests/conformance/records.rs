@@ -1,12 +1,13 @@
 //! Every selection writes a line (R15), and two runs of the same application are alike (R16).
 
 use std::io::Write;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_app::parse;
 use jde_host::{Lockstep, Options};
 use jde_records::decision_writer::DecisionWriter;
 use jde_records::event::Observer;
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor, plugins, text};
 
@@ -21,7 +22,7 @@ struct Buffer(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Buffer {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.lock().unwrap().extend_from_slice(bytes);
+        self.0.lock().extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
@@ -82,7 +83,7 @@ fn decide(executor: Executor, seed: u64) -> String {
         observers: vec![Box::new(decisions) as Box<dyn Observer>],
         ..Options::default()
     };
-    let text = |buffer: &Buffer| String::from_utf8(buffer.0.lock().unwrap().clone()).expect("UTF-8");
+    let text = |buffer: &Buffer| String::from_utf8(buffer.0.lock().clone()).expect("UTF-8");
     if executor == Executor::Lockstep {
         let mut lockstep = Lockstep::start(application, &plugins, options).expect("it starts");
         lockstep.run_until(2_000 * MS);
@@ -152,7 +153,7 @@ fn r15_a_line_describes_a_takeover_completely(executor: Executor) {
         decisions.on_event(&event);
     }
     decisions.finish().expect("all lines were written");
-    let text = String::from_utf8(buffer.0.lock().unwrap().clone()).expect("UTF-8");
+    let text = String::from_utf8(buffer.0.lock().clone()).expect("UTF-8");
     let line = text
         .lines()
         .find(|line| line.contains("\"changed\":true"))

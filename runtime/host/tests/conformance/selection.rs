@@ -1,12 +1,13 @@
 //! Which schema wins, which may command, and which sleep (R1, R3, R5, R6, R7, R13).
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 
 use jde_board::Variable;
 use jde_core::{Case, State};
 use jde_host::Options;
 use jde_records::event::{Event, Observer, StateChange, What};
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -98,10 +99,7 @@ impl Observer for Winners {
         ) = (event, self.variable.get())
         {
             // The previous winner has lost its authority by now, and this one does not have it yet.
-            self.changes
-                .lock()
-                .unwrap()
-                .push((variable.newest(), *schema as u32));
+            self.changes.lock().push((variable.newest(), schema.0));
         }
     }
 }
@@ -132,24 +130,24 @@ fn r1_only_the_current_winner_commands(executor: Executor) {
     };
     let body = PAIR.replace("\"test/motor\"", "\"test/motor\"\n period = \"1ms\"");
     let mut app = TestApp::start_with(executor, &scenario, &body, options);
-    let [high, low] = ["high", "low"].map(|name| app.index(name) as u32);
+    let [high, low] = ["high", "low"].map(|name| app.index(name).0);
     let command = app.handle.board().get("robot.velocity").expect("a command");
     let commands: Arc<Mutex<Vec<(u64, u32)>>> = Arc::default();
     let (recorder, reader) = (Arc::clone(&commands), Mutex::new(command.reader("test")));
     let watch = command.watch(move || {
-        let mut reader = reader.lock().unwrap();
+        let mut reader = reader.lock();
         let stamp = reader.latch(0).expect("it was published").stamp;
         reader.release();
-        recorder.lock().unwrap().push((stamp.sequence, stamp.writer));
+        recorder.lock().push((stamp.sequence, stamp.writer));
     });
     assert!(variable.set(command).is_ok());
-    app.until(|_| changes.lock().unwrap().len() > 100);
+    app.until(|_| changes.lock().len() > 100);
     app.stop();
     drop(watch);
 
-    let changes = changes.lock().unwrap();
+    let changes = changes.lock();
     let mut checked = 0;
-    for (sequence, writer) in commands.lock().unwrap().iter().copied() {
+    for (sequence, writer) in commands.lock().iter().copied() {
         // A command with the recorded number was published before the change of the winner.
         let Some((_, winner)) = changes.iter().rfind(|(newest, _)| *newest < sequence) else {
             continue;
@@ -170,7 +168,7 @@ fn r3_a_single_ready_schema_wins_without_arbitration(executor: Executor) {
     assert_eq!(app.winner("roots").as_deref(), Some("low"));
     let low = app.index("low");
     assert!(scenario.has_event(|event| matches!(event, Event::Decision(record)
-        if record.case == Case::Alone && record.choice.map(|id| id.index()) == Some(low))));
+        if record.case == Case::Alone && record.choice == Some(low))));
     assert!(!scenario.has_line("high iterate"));
     app.stop();
 }
@@ -257,7 +255,7 @@ fn r5_children_sleep_before_the_new_winner_acts(executor: Executor) {
         }
         if let (Call::Iterate, Some(handle)) = (call, io.scenario.handle()) {
             let schemas = handle.snapshot().schemas.into_iter();
-            recorder.lock().unwrap().push(
+            recorder.lock().push(
                 schemas
                     .map(|view| (view.name, view.state, view.authority))
                     .collect::<Vec<_>>(),
@@ -270,7 +268,7 @@ fn r5_children_sleep_before_the_new_winner_acts(executor: Executor) {
     app.until_line("robot velocity 0.1");
     alarm.store(true, SeqCst);
     app.until_line("robot velocity 0.3");
-    let first = seen.lock().unwrap()[0].clone();
+    let first = seen.lock()[0].clone();
     let state = |name: &str| first.iter().find(|(other, ..)| other == name).cloned().unwrap();
     assert_eq!(state("left"), ("left".into(), State::Slept, false));
     assert_eq!(state("right"), ("right".into(), State::Slept, false));

@@ -18,6 +18,7 @@ on_every_executor!(
     the_limit_ends_in_order,
     a_drop_ends_in_order,
     a_panic_of_the_caller_ends_in_order,
+    an_instance_that_panics_in_its_end_keeps_no_other_from_its_own,
     a_handle_remains_usable_after_the_end,
     the_first_outcome_counts,
     an_observer_that_panics_ends_the_application_with_actuators_stopped,
@@ -198,6 +199,21 @@ fn a_handle_remains_usable_after_the_end(executor: Executor) {
     }
     handle.stop();
     assert_eq!(handle.outcome(), Some(Outcome::Stopped));
+}
+
+fn an_instance_that_panics_in_its_end_keeps_no_other_from_its_own(executor: Executor) {
+    let app = start(executor);
+    let scenario = Arc::clone(&app.scenario);
+    scenario.on_call("child", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Drop => panic!("a panic in drop"),
+            _ => {}
+        }
+        Ok(())
+    });
+    assert_eq!(app.stop(), Outcome::Stopped);
+    assert_ended_in_order(&scenario);
 }
 
 fn the_first_outcome_counts(executor: Executor) {

@@ -1,13 +1,14 @@
 //! Stopping everything by an operator, and releasing it (R14).
 
-use std::sync::{Arc, Mutex, OnceLock, mpsc};
+use std::sync::{Arc, OnceLock, mpsc};
 use std::time::Duration;
 
-use jde_core::{SchemaId, State};
-use jde_host::transaction_observer::{Transaction, TransactionObserver};
+use jde_core::State;
+use jde_host::transaction_observer::{ObservedTransaction, TransactionObserver};
 use jde_host::{Handle, Options};
 use jde_records::snapshot::HoldKind;
 use jde_types::Twist;
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Scenario, TestApp, in_real_time, on_every_executor};
 
@@ -272,18 +273,18 @@ struct Agreement {
 }
 
 impl TransactionObserver for Agreement {
-    fn on_transaction(&mut self, transaction: &Transaction<'_>) {
+    fn on_transaction(&mut self, transaction: &ObservedTransaction<'_>) {
         let Some(handle) = self.handle.get() else { return };
         let command = handle.board().get("robot.velocity").expect("a command");
         for name in ["high", "low"] {
-            let index = handle.application().instance(name).expect("the instance exists") as u32;
-            let rules = transaction.hierarchy.has_authority(SchemaId(index));
-            if rules != command.has_grant(index) {
+            let id = handle.application().instance(name).expect("the instance exists");
+            let rules = transaction.hierarchy.has_authority(id);
+            if rules != command.has_grant(id.0) {
                 let violation = format!(
                     "{name}: authority by the rules {rules}, on the board {}, after {:?}",
                     !rules, transaction.effects
                 );
-                self.violation.lock().unwrap().get_or_insert(violation);
+                self.violation.lock().get_or_insert(violation);
             }
         }
     }
@@ -336,14 +337,13 @@ fn r14_concurrent_stops_and_releases_keep_the_board_in_agreement_with_the_rules(
             });
         }
     });
-    assert_eq!(*violation.lock().unwrap(), None);
+    assert_eq!(*violation.lock(), None);
     // Whatever the last action was, the application can be released and then commands.
     app.operator().release_all().expect("the operator may");
     let command = app.handle.board().get("robot.velocity").expect("a command");
-    while app.winner("roots").as_deref() != Some("high") || command.status(0).last_writer != Some(high as u32)
-    {
+    while app.winner("roots").as_deref() != Some("high") || command.status(0).last_writer != Some(high.0) {
         command.wait_newer(command.newest(), Duration::from_millis(10));
     }
-    assert_eq!(*violation.lock().unwrap(), None);
+    assert_eq!(*violation.lock(), None);
     app.stop();
 }

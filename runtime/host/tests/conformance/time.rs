@@ -1,12 +1,13 @@
 //! Deadlines, triggers and contracts (R11, R12, R17).
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, mpsc};
 
 use jde_board::value::Value;
-use jde_core::{Health, State};
+use jde_core::{GroupId, Health, Id, SchemaId, State};
 use jde_host::Options;
 use jde_records::event::{Event, Occurrence, What};
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
@@ -59,9 +60,7 @@ fn r11_deadlines_do_not_drift() {
     let scenario = Scenario::new();
     let times = Arc::new(Mutex::new(Vec::new()));
     let recorder = Arc::clone(&times);
-    acts(&scenario, "low", move |io| {
-        recorder.lock().unwrap().push(io.now())
-    });
+    acts(&scenario, "low", move |io| recorder.lock().push(io.now()));
     let mut app = TestApp::start(
         Executor::Lockstep,
         &scenario,
@@ -69,7 +68,7 @@ fn r11_deadlines_do_not_drift() {
     );
     assert_eq!(app.advance(7_000 * MS), None);
     let expected: Vec<u64> = (0..=1000).map(|count| count * 7 * MS).collect();
-    assert_eq!(*times.lock().unwrap(), expected);
+    assert_eq!(*times.lock(), expected);
     app.stop();
 }
 
@@ -84,9 +83,9 @@ fn r11_a_late_schema_skips_missed_periods(executor: Executor) {
         let begin = io.now();
         count += 1;
         if count == 5 {
-            let _ = held.lock().unwrap().recv();
+            let _ = held.lock().recv();
         }
-        recorder.lock().unwrap().push((begin, io.now()));
+        recorder.lock().push((begin, io.now()));
     });
     acts(&scenario, "clock", |_| {});
     let body = r#"
@@ -102,7 +101,7 @@ fn r11_a_late_schema_skips_missed_periods(executor: Executor) {
     release.send(()).expect("the schema waits");
     app.until(|app| app.scenario.count("low iterate") > 20);
     app.stop();
-    let times = times.lock().unwrap();
+    let times = times.lock();
     let (begin, end) = times[4];
     assert!(end - begin >= 200 * MS, "the iteration took many periods");
     let (last, _) = *times.last().unwrap();
@@ -247,12 +246,12 @@ fn r12_schemas_that_trigger_each_other_through_checks_rest_and_their_triggers_ar
         let times = Arc::clone(&times);
         scenario.on_call(name, move |call, io| {
             if let (Call::Check, Some(handle)) = (call, io.scenario.handle()) {
-                times.lock().unwrap().push(handle.now());
+                times.lock().push(handle.now());
                 io.record("check");
                 // The write triggers the other schema at once, and that schema does the same.
                 handle
                     .operator("ana@laptop")
-                    .modulate(other, "gain", &Value::Float(1.0))
+                    .modulate(SchemaId(other), "gain", &Value::Float(1.0))
                     .expect("a modulation");
             }
             Ok(())
@@ -280,12 +279,12 @@ fn r12_schemas_that_trigger_each_other_through_checks_rest_and_their_triggers_ar
     let mut app = TestApp::start_with(executor, &scenario, body, options);
     // The first checks may precede the handle.
     app.operator()
-        .modulate(0, "gain", &Value::Float(1.0))
+        .modulate(SchemaId(0), "gain", &Value::Float(1.0))
         .expect("a modulation");
     app.until(|app| app.schema("high").triggers_dropped + app.schema("low").triggers_dropped > 0);
     if executor != Executor::Lockstep {
-        app.until(|_| times.lock().unwrap().len() >= CHECKS);
-        let times = times.lock().unwrap();
+        app.until(|_| times.lock().len() >= CHECKS);
+        let times = times.lock();
         // Of two rounds of both schemas at least one has a rest, but the first ones.
         let rests = (CHECKS / 4 - 10) as u64;
         let took = times[CHECKS - 1] - times[0];
@@ -335,7 +334,7 @@ fn r12_schemas_that_trigger_each_other_in_a_cycle_do_not_stop_virtual_time() {
                 // The write triggers the other schema at once, and that schema does the same.
                 handle
                     .operator("ana@laptop")
-                    .modulate(other, "gain", &Value::Float(1.0))
+                    .modulate(SchemaId(other), "gain", &Value::Float(1.0))
                     .expect("a modulation");
             }
             Ok(())
@@ -410,7 +409,7 @@ fn r17_a_takeover_is_measured_against_the_contract(executor: Executor) {
     assert_eq!(group.allowed, contract);
     assert!(group.worst >= latency);
     let last = group.last.expect("a switch");
-    assert_eq!((last.to, last.latency), (Some(high), Some(latency)));
+    assert_eq!((last.to, last.latency), (Some(high.index()), Some(latency)));
     if executor == Executor::Lockstep {
         assert!(latency <= contract);
     }
@@ -436,7 +435,7 @@ fn r17_a_takeover_beyond_its_contract_is_reported_as_late(executor: Executor) {
     scenario.on_call("high", move |call, io| {
         if call == Call::Check {
             io.ready(true);
-            if let Some(held) = held.lock().unwrap().take() {
+            if let Some(held) = held.lock().take() {
                 io.record("checks");
                 // An error means that the sender was dropped.
                 let _ = held.recv();
@@ -453,7 +452,7 @@ fn r17_a_takeover_beyond_its_contract_is_reported_as_late(executor: Executor) {
     drop(release);
     let high = app.index("high");
     let late = |event: &Event| {
-        matches!(event.what(), Some(What::TookOver { group: 0, schema, latency, allowed, .. })
+        matches!(event.what(), Some(What::TookOver { group: GroupId(0), schema, latency, allowed, .. })
             if *schema == high && *allowed == contract && latency > allowed)
     };
     app.until(|app| app.scenario.has_event(late));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 use jde_board::value::Value;
-use jde_core::State;
+use jde_core::{SchemaId, State};
 use jde_records::event::{Event, Occurrence, OperatorAction, What};
 use jde_records::snapshot::HoldKind;
 
@@ -227,5 +227,5 @@ fn an_application_with_unloaded_schemas_ends_in_order(executor: Executor) {
     app.stop();
     let states = handle.snapshot().schemas.into_iter().map(|schema| schema.state);
     assert!(states.eq([State::Slept; 5]));
-    assert!(handle.operator("ana").load(0).is_err());
+    assert!(handle.operator("ana").load(SchemaId(0)).is_err());
 }

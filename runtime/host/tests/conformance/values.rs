@@ -1,7 +1,7 @@
 //! The values that schemas read, the commands that reach actuators (R8, R9), and numbers that are not finite.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use jde_board::value::Value;
@@ -9,6 +9,7 @@ use jde_core::State;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_records::event::{Event, Occurrence, What};
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, MS, Scenario, TEST, TestApp, in_languages, on_every_executor};
 
@@ -88,7 +89,6 @@ fn watch(scenario: &Scenario) -> Arc<Mutex<Vec<(u64, String)>>> {
             let last = lines.iter().rfind(|line| line.starts_with("robot velocity"));
             recorder
                 .lock()
-                .unwrap()
                 .push((io.now(), last.cloned().unwrap_or_default()));
         }
         Ok(())
@@ -130,7 +130,7 @@ fn r9_a_held_command_stays_in_force_for_its_time_and_then_brakes(executor: Execu
     });
     let lost = lost.expect("the group lost its winner");
     let mut held = 0;
-    for (time, line) in seen.lock().unwrap().iter().filter(|(time, _)| *time >= lost) {
+    for (time, line) in seen.lock().iter().filter(|(time, _)| *time >= lost) {
         // The line was recorded before `time`.
         if *time < lost + 200 * MS {
             assert_eq!(line, "robot velocity 0.1", "{time} ns, lost at {lost}");
@@ -283,14 +283,14 @@ fn r8_the_period_is_a_modulation(executor: Executor) {
     let times = Arc::new(Mutex::new(Vec::new()));
     let recorder = Arc::clone(&times);
     acts(&scenario, "left", &Arc::new(true.into()), move |io| {
-        recorder.lock().unwrap().push(io.now())
+        recorder.lock().push(io.now())
     });
     let mut app = TestApp::start(executor, &scenario, FAMILY);
     app.until(|app| app.scenario.count("left iterate") > 5);
     assert_eq!(app.schema("left").period, 30 * MS);
     app.stop();
     if executor == Executor::Lockstep {
-        let times = times.lock().unwrap();
+        let times = times.lock();
         assert!(
             times.windows(2).all(|pair| pair[1] - pair[0] == 30 * MS),
             "{times:?}"

@@ -5,7 +5,6 @@ use jde_watchdog::Watchdog;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::PoisonError;
 
 use crate::common::{Executor, Scenario};
 use crate::faulty;
@@ -32,7 +31,7 @@ fn count_resources() -> (usize, usize, usize) {
 
 #[test]
 fn crashes_and_restarts_leak_no_process_no_file_and_no_thread() {
-    let _alone = RUNNING.write().unwrap_or_else(PoisonError::into_inner);
+    let _alone = RUNNING.write();
     let run = |deaths: u64| {
         let scenario = Scenario::quiet();
         let mut isolated = IsolatedApp::start_unlocked(Executor::Lockstep, &scenario, BODY);

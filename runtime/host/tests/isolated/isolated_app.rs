@@ -1,7 +1,7 @@
 //! Runs an application whose schema `high` is faulty and has a process of its own.
 
 use std::path::Path;
-use std::sync::{Arc, RwLock, RwLockReadGuard};
+use std::sync::Arc;
 
 use jde_app::parse;
 use jde_board::Watch;
@@ -11,6 +11,7 @@ use jde_host::{Options, StartError};
 use jde_isolation::Program;
 use jde_loader::Plugins;
 use jde_records::event::{Event, Occurrence, What};
+use parking_lot::{RwLock, RwLockReadGuard};
 
 use crate::common::{Executor, Scenario, TestApp, plugins, text};
 use crate::faulty::FAULTY;
@@ -54,7 +55,7 @@ impl IsolatedApp {
     /// Starts an application and takes a read lock of [`RUNNING`].
     #[track_caller]
     pub(crate) fn start(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
-        let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let running = RUNNING.read();
         let mut isolated = Self::start_unlocked(executor, scenario, body);
         isolated._running = Some(running);
         isolated
@@ -63,7 +64,7 @@ impl IsolatedApp {
     /// As [`Self::start`], with a child that breaks the protocol.
     #[track_caller]
     pub(crate) fn start_forged(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
-        let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let running = RUNNING.read();
         let app = Self::try_start(executor, scenario, body, Some(program_of("forged")));
         let mut isolated = Self::watch_variables(scenario, app);
         isolated._running = Some(running);
@@ -87,7 +88,7 @@ impl IsolatedApp {
         body: &str,
         plugins: &Plugins,
     ) -> Self {
-        let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let running = RUNNING.read();
         let app = Self::run(executor, scenario, body, plugins, Some(program()));
         let mut isolated = Self::watch_variables(scenario, app);
         isolated._running = Some(running);

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_app::parse;
 use jde_board::Stamp;
@@ -12,6 +12,7 @@ use jde_host::{Lockstep, Options};
 use jde_records::decision_writer::DecisionWriter;
 use jde_records::event::{Event, Observer};
 use jde_types::LaserScan;
+use parking_lot::Mutex;
 
 use crate::common::{Executor, MS, Scenario, on_every_executor};
 use crate::faulty::{LACK, LACK_IN_CHECK};
@@ -55,7 +56,7 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
         parse(body, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
     let decisions = Arc::new(Mutex::new(DecisionWriter::new(&application, Vec::new())));
     let recorder = Arc::clone(&decisions);
-    let observer: Box<dyn Observer> = Box::new(move |event: &Event| recorder.lock().unwrap().on_event(event));
+    let observer: Box<dyn Observer> = Box::new(move |event: &Event| recorder.lock().on_event(event));
     let options = Options {
         observers: vec![observer],
         isolation_program: Some(program()),
@@ -74,16 +75,13 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
                 let mut reader = variable.reader("test");
                 if let Some(latched) = reader.latch(0) {
                     let name = variable.describe().full_name();
-                    values
-                        .lock()
-                        .unwrap()
-                        .push((name, latched.stamp, latched.bytes.to_vec()));
+                    values.lock().push((name, latched.stamp, latched.bytes.to_vec()));
                 }
             })
         })
         .collect();
     let operator = handle.operator("test");
-    let [high, left, right] = ["high", "left", "right"].map(|name| handle.schema_indices(name)[0]);
+    let [high, left, right] = ["high", "left", "right"].map(|name| handle.schemas_named(name)[0]);
     let set_speed = |schema, speed| {
         operator
             .modulate(schema, "speed", &Value::Float(speed))
@@ -125,16 +123,15 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let decisions = Arc::into_inner(decisions).expect("the application has ended");
     let lines = decisions
         .into_inner()
-        .unwrap()
         .finish()
         .expect("writing to memory succeeds");
-    let values = std::mem::take(&mut *values.lock().unwrap());
+    let values = std::mem::take(&mut *values.lock());
     (String::from_utf8(lines).expect("UTF-8"), values)
 }
 
 #[test]
 fn r16_isolation_changes_no_decision_and_no_export_in_lockstep() {
-    let _running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _running = RUNNING.read();
     let (decided, exported) = drive(FAMILY);
     assert!(decided.lines().count() > 20, "{decided}");
     let isolated = FAMILY.replace(

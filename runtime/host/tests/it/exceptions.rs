@@ -76,6 +76,6 @@ fn a_caught_exception_is_a_fault_with_the_text_of_the_exception() {
     );
     assert_eq!(
         health("7"),
-        faulted("panicked in iterate: it threw what is no std::exception")
+        faulted("panicked in iterate: it threw something that is not a std::exception")
     );
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use jde_core::SchemaId;
 use jde_host::{Handle, Lockstep, Options, SensorFault};
 use jde_types::{LaserScan, Odometry, Pose2D, RangeRing, Value};
 
@@ -10,7 +11,7 @@ use crate::delivered::{self, ROOT, SECOND};
 
 struct Drive {
     running: Lockstep,
-    pioneer: usize,
+    pioneer: SchemaId,
 }
 
 impl Drive {

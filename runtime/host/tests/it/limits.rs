@@ -6,10 +6,14 @@ use std::path::Path;
 use jde_abi::raw;
 use jde_app::{Override, parse};
 use jde_board::value::Value;
+use jde_core::SchemaId;
 use jde_host::{Lockstep, Options};
 use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 use jde_types::Value as _;
+
+/// The first instance of each application.
+const FIRST: SchemaId = SchemaId(0);
 
 /// How fast to drive.
 #[derive(Clone, Copy, Debug, PartialEq, Choice)]
@@ -167,7 +171,7 @@ fn r8_an_operator_writes_within_the_limits_and_by_name() {
     lockstep.run_until(20_000_000);
     let handle = lockstep.handle();
     let ana = handle.operator("ana@laptop");
-    let error = |name: &str, value: Value| ana.modulate(0, name, &value).expect_err("it is refused");
+    let error = |name: &str, value: Value| ana.modulate(FIRST, name, &value).expect_err("it is refused");
     assert_eq!(
         error("fast", Value::Float(-1.0)),
         "`doer.fast` is -1 m/s, and at least 0 m/s is allowed"
@@ -176,9 +180,9 @@ fn r8_an_operator_writes_within_the_limits_and_by_name() {
     assert!(
         error("fast", Value::Float(f64::NAN)).contains("`doer.fast` stays as it is: the value is not finite")
     );
-    ana.modulate(0, "gait", &Value::Text(String::from("very-fast")))
+    ana.modulate(FIRST, "gait", &Value::Text(String::from("very-fast")))
         .expect("a choice");
-    ana.modulate(0, "on", &Value::Bool(true)).expect("a boolean");
+    ana.modulate(FIRST, "on", &Value::Bool(true)).expect("a boolean");
     lockstep.run_until(40_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.5 true VeryFast 1");
 }
@@ -189,14 +193,15 @@ fn r8_a_fixed_modulation_is_read_at_awakening_and_stays_until_the_schema_sleeps(
     lockstep.run_until(20_000_000);
     let handle = lockstep.handle();
     let ana = handle.operator("ana@laptop");
-    ana.modulate(0, "place", &Value::Float(2.0))
+    ana.modulate(FIRST, "place", &Value::Float(2.0))
         .expect("a fixed modulation may be written at any time");
-    ana.modulate(0, "fast", &Value::Float(0.75)).expect("in range");
+    ana.modulate(FIRST, "fast", &Value::Float(0.75))
+        .expect("in range");
     lockstep.run_until(60_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.75 false Slow 1");
-    ana.hold_asleep(0).expect("it can be stopped");
+    ana.hold_asleep(FIRST).expect("it can be stopped");
     lockstep.run_until(80_000_000);
-    ana.play(0).expect("it can be played");
+    ana.play(FIRST).expect("it can be played");
     lockstep.run_until(120_000_000);
     assert_eq!(text::<64>(&lockstep, "doer.done"), "0.75 false Slow 2");
 }
@@ -205,8 +210,9 @@ fn r8_a_fixed_modulation_is_read_at_awakening_and_stays_until_the_schema_sleeps(
 fn a_declared_budget_does_not_follow_the_period() {
     let text = format!("{ALONE}period = \"1s\"\n");
     let plugins = plugins();
-    let budget =
-        |text: &str| parse(text, Path::new("app.toml"), &[], &plugins).map(|app| app.instances[0].budget_ns);
+    let budget = |text: &str| {
+        parse(text, Path::new("app.toml"), &[], &plugins).map(|app| app.instances[FIRST].budget_ns)
+    };
     assert_eq!(
         budget(&text).ok(),
         Some(1_000_000_000),
@@ -217,7 +223,7 @@ fn a_declared_budget_does_not_follow_the_period() {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&DECLARED).expect("it is valid");
     let application = parse(text, Path::new("app.toml"), &[], &plugins).expect("it is valid");
-    assert_eq!(application.instances[0].budget_ns, 10_000_000);
+    assert_eq!(application.instances[FIRST].budget_ns, 10_000_000);
 }
 
 /// A schema whose budget equals its period.

@@ -2,7 +2,7 @@
 //! lockstep.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_app::Application;
 use jde_host::{Lockstep, Options};
@@ -10,6 +10,7 @@ use jde_loader::Plugins;
 use jde_records::decision_writer::DecisionWriter;
 use jde_records::event::{Event, Occurrence, Outcome, What};
 use jde_types::{Mission, Truth};
+use parking_lot::Mutex;
 
 use crate::delivered::{self, ROOT, SECOND};
 
@@ -75,9 +76,9 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
         }) = event
         {
             assert!(time - since >= 30 * SECOND);
-            stall_recorder.lock().expect("no thread panicked").push(*since);
+            stall_recorder.lock().push(*since);
         }
-        if let Some(decisions) = &mut *recorder.lock().expect("no thread panicked") {
+        if let Some(decisions) = &mut *recorder.lock() {
             decisions.process(event);
         }
     };
@@ -91,8 +92,8 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
     let handle = running.handle();
     let outcome = running.run_until(limit).expect("it ends within its limit");
     drop(running);
-    let decisions = decisions.lock().expect("no thread panicked").take();
-    let stalled = stalled.lock().expect("no thread panicked").clone();
+    let decisions = decisions.lock().take();
+    let stalled = stalled.lock().clone();
     Drive {
         outcome,
         stalled,

@@ -1,7 +1,7 @@
 //! The delivered application, whose time stands still.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_app::{Application, Executor};
@@ -9,6 +9,7 @@ use jde_host::{Handle, Lockstep, Options, Running};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Observer, Occurrence, What};
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 
 use crate::delivered::{self, ROOT, SECOND};
 
@@ -29,7 +30,7 @@ impl Observer for Times {
             }) => format!("{by} went on, one step: {one_step}"),
             _ => return,
         };
-        self.0.lock().unwrap().push(text);
+        self.0.lock().push(text);
     }
 }
 
@@ -96,7 +97,7 @@ fn r14_lockstep_stands_still_makes_a_step_and_goes_on_under_the_operators_name()
         "ana went on, one step: true",
         "ana went on, one step: false",
     ];
-    assert_eq!(*times.0.lock().unwrap(), expected);
+    assert_eq!(*times.0.lock(), expected);
 }
 
 #[test]

@@ -1,17 +1,17 @@
 //! Turns that a schema requests from threads of its own, and those that a command causes (R12).
 
 use std::path::Path;
-use std::sync::Mutex;
 
 use jde_abi::raw;
 use jde_app::{Application, Executor};
 use jde_board::value::Value;
-use jde_core::{Health, State};
+use jde_core::{Health, SchemaId, State};
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_loader::{LoadedPlugin, Plugins};
 use jde_schema::TurnRequester;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
+use parking_lot::Mutex;
 
 const HOUR: u64 = 3_600_000_000_000;
 
@@ -63,14 +63,14 @@ impl Schema for SlowWheel {
 
 impl Schema for Wheel {
     fn iterate(&mut self, cx: &Context) -> Result {
-        *SPEED.lock().unwrap() = *self.speed.get(cx);
+        *SPEED.lock() = *self.speed.get(cx);
         Ok(())
     }
 }
 
 impl Schema for Once {
     fn awake(&mut self, cx: &Context) -> Result {
-        *REQUESTER.lock().unwrap() = cx.turn_requester();
+        *REQUESTER.lock() = cx.turn_requester();
         Ok(())
     }
 
@@ -85,7 +85,7 @@ impl Schema for Once {
             // Longer than the least time between two.
             until(|| cx.require_real_time().is_err() || cx.now() >= begin + Duration::from_millis(1));
         }
-        ITERATIONS.lock().unwrap().push([begin, cx.now()]);
+        ITERATIONS.lock().push([begin, cx.now()]);
         Ok(())
     }
 }
@@ -111,16 +111,11 @@ fn until(condition: impl Fn() -> bool) {
 }
 
 fn request() {
-    REQUESTER
-        .lock()
-        .unwrap()
-        .as_ref()
-        .expect("time is real")
-        .request();
+    REQUESTER.lock().as_ref().expect("time is real").request();
 }
 
 fn iterations() -> usize {
-    ITERATIONS.lock().unwrap().len()
+    ITERATIONS.lock().len()
 }
 
 fn is_ok(handle: &Handle) -> bool {
@@ -136,11 +131,11 @@ fn r12_a_schema_requests_turns_in_real_time_and_a_flood_of_requests_is_bounded()
     let _watchdog = Watchdog::for_test();
     let _alone = ALONE.lock();
     for executor in [Executor::Threads, Executor::Pool] {
-        ITERATIONS.lock().unwrap().clear();
+        ITERATIONS.lock().clear();
         let (application, plugins) = application(executor);
         let running = Running::start(application, &plugins, Options::default()).unwrap();
         let handle = running.handle();
-        let has_speed = |speed| *SPEED.lock().unwrap() == speed;
+        let has_speed = |speed| *SPEED.lock() == speed;
         until(|| has_speed(1.0));
         request();
         until(|| has_speed(2.0));
@@ -148,7 +143,7 @@ fn r12_a_schema_requests_turns_in_real_time_and_a_flood_of_requests_is_bounded()
             request();
             iterations() >= 20
         });
-        let times = ITERATIONS.lock().unwrap().clone();
+        let times = ITERATIONS.lock().clone();
         for pair in times.windows(2) {
             let (took, gap) = (pair[0][1] - pair[0][0], pair[1][0] - pair[0][1]);
             assert!(
@@ -158,14 +153,18 @@ fn r12_a_schema_requests_turns_in_real_time_and_a_flood_of_requests_is_bounded()
         }
         // It checks, and does not iterate because it is not READY.
         let operator = handle.operator("ana");
-        operator.modulate(0, "ready", &Value::Float(0.0)).unwrap();
+        operator
+            .modulate(SchemaId(0), "ready", &Value::Float(0.0))
+            .unwrap();
         let winner = || handle.snapshot().groups[0].winner.is_some();
         until(|| {
             request();
             !winner()
         });
         let done = iterations();
-        operator.modulate(0, "ready", &Value::Float(1.0)).unwrap();
+        operator
+            .modulate(SchemaId(0), "ready", &Value::Float(1.0))
+            .unwrap();
         until(|| {
             request();
             iterations() > done
@@ -193,11 +192,11 @@ fn r12_a_request_of_before_an_awakening_hinders_none_after_it() {
     for _ in 0..50 {
         // One that is under way as it falls asleep.
         request();
-        operator.hold_asleep(0).unwrap();
+        operator.hold_asleep(SchemaId(0)).unwrap();
         until(asleep);
         request();
         let done = iterations();
-        operator.release(0).unwrap();
+        operator.release(SchemaId(0)).unwrap();
         until(|| iterations() > done && !asleep());
         // No request of before hinders this one.
         let done = iterations();
@@ -221,15 +220,12 @@ fn r12_only_real_time_has_requested_turns() {
     until(|| iterations() > before);
     running.handle().stop();
     running.wait();
-    assert!(REQUESTER.lock().unwrap().is_none(), "time is twice as fast");
+    assert!(REQUESTER.lock().is_none(), "time is twice as fast");
     let (slow, plugins) = application(Executor::Threads);
     let mut lockstep = Lockstep::start(slow, &plugins, Options::default()).unwrap();
     lockstep.run_until(HOUR / 2);
-    assert_eq!(*SPEED.lock().unwrap(), iterations() as f64, "a command triggers");
-    assert!(
-        REQUESTER.lock().unwrap().is_none(),
-        "virtual time has only periods"
-    );
+    assert_eq!(*SPEED.lock(), iterations() as f64, "a command triggers");
+    assert!(REQUESTER.lock().is_none(), "virtual time has only periods");
 }
 
 #[test]
@@ -238,7 +234,11 @@ fn a_build_whose_command_triggers_no_longer_keeps_the_setting_and_says_so() {
     let (application, plugins) = application(Executor::Threads);
     let lockstep = Lockstep::start(application, &plugins, Options::default()).unwrap();
     let build = LoadedPlugin::linked_in(&SLOW).unwrap();
-    let notes = lockstep.handle().operator("ana").check_build(1, &build).unwrap();
+    let notes = lockstep
+        .handle()
+        .operator("ana")
+        .check_build(SchemaId(1), &build)
+        .unwrap();
     assert_eq!(
         notes,
         ["the command `speed` is no longer a trigger; the application keeps its setting"]

@@ -15,11 +15,8 @@
 //! and only for types with the ability `jde.inspect`. From then on the process can write no files and reach
 //! no network.
 
-mod description;
 mod run;
 mod serve;
-
-pub(crate) use description::listed;
 
 use std::fs::File;
 use std::io::{self, Read, Seek};
@@ -27,18 +24,17 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_abi::inspect::Problem;
 use jde_abi::lists::ListedPort;
-use jde_abi::write::Optional;
 use jde_abi::{describe, raw};
 use jde_app::Inspection;
 use jde_loader::location::as_bytes;
 use jde_loader::python::is_python;
-use jde_loader::{Inspect, Inspected, LoadError};
+use jde_loader::{Inspect, LoadError};
+use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
 
 use super::Program;
@@ -82,7 +78,6 @@ pub(crate) enum InspectorRequest {
         /// The name of the instance.
         name: String,
         /// The ports of its lists.
-        #[serde(with = "listed")]
         listed: Vec<ListedPort>,
     },
 }
@@ -91,12 +86,7 @@ pub(crate) enum InspectorRequest {
 /// is [`FromChild::Done`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum InspectorResponse {
-    Plugin {
-        #[serde(with = "description::Plugin")]
-        description: describe::Plugin,
-        /// The optional functions of each type, as bits.
-        optional: Vec<u32>,
-    },
+    Plugin(describe::Plugin),
     EntryPoints(Vec<EntryPoint>),
     Inspected {
         /// A status code of the ABI.
@@ -168,7 +158,7 @@ impl Inspector {
 
     /// Returns the entry points, or why Python cannot be asked. Asks once.
     fn ask_for_entry_points(&self) -> Result<EntryPoints, String> {
-        let mut known = self.entry_points.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.entry_points.lock();
         let ask = || match self.python.request(DESCRIBE_TIMEOUT, |child| {
             child.request(&InspectorRequest::EntryPoints)
         }) {
@@ -187,7 +177,7 @@ impl Inspector {
 
     /// Returns why Python cannot be asked, if that is known.
     fn unusable_python(&self) -> Option<String> {
-        let known = self.entry_points.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = self.entry_points.lock();
         known.as_ref()?.as_ref().err().cloned()
     }
 
@@ -215,7 +205,7 @@ impl InspectorSlot {
         timeout: Duration,
         mut send: impl FnMut(&mut InspectorProcess) -> io::Result<R>,
     ) -> Result<R, RequestError> {
-        let mut current = self.process.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut current = self.process.lock();
         loop {
             let mut child = match current.take() {
                 Some(child) => child,
@@ -243,7 +233,7 @@ impl InspectorSlot {
 }
 
 impl Inspect for Inspector {
-    fn describe(&self, copy: &Path, path: &Path) -> Result<Inspected, LoadError> {
+    fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
         let request = InspectorRequest::Describe {
             copy: copy.to_owned(),
             path: path.to_owned(),
@@ -256,13 +246,7 @@ impl Inspect for Inspector {
             .slot(path)
             .request(DESCRIBE_TIMEOUT, |child| child.request(&request))
         {
-            Ok(InspectorResponse::Plugin {
-                description,
-                optional,
-            }) => Ok(Inspected {
-                description,
-                optional: optional.into_iter().map(Optional::from_bits).collect(),
-            }),
+            Ok(InspectorResponse::Plugin(description)) => Ok(description),
             Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
             Ok(InspectorResponse::Inspected { .. } | InspectorResponse::EntryPoints(_)) => Err(
                 LoadError::InspectionFailed(String::from("its process sent an invalid reply")),
@@ -316,7 +300,7 @@ impl Inspect for Inspector {
                 failure.unwrap_or_else(|| format!("it returned error {status} without a reason"))
             }
             Ok((InspectorResponse::Refused(reason), _)) => reason,
-            Ok((InspectorResponse::Plugin { .. } | InspectorResponse::EntryPoints(_), _)) => {
+            Ok((InspectorResponse::Plugin(_) | InspectorResponse::EntryPoints(_), _)) => {
                 String::from("its process sent an invalid reply")
             }
             Err(RequestError::NotStarted(error)) => {
@@ -336,13 +320,10 @@ impl Inspect for Inspector {
 
     fn stop(&self) {
         for slot in [&self.libraries, &self.python] {
-            slot.process.lock().unwrap_or_else(PoisonError::into_inner).take();
+            slot.process.lock().take();
         }
         // Packages may be installed until the next request.
-        self.entry_points
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        self.entry_points.lock().take();
     }
 }
 

@@ -15,7 +15,7 @@ use jde_loader::instance::InProcessInstance;
 use crate::launch::PortInfo;
 use crate::limits;
 use crate::memory::IsolatedPort;
-use crate::table::{CallState, HOST, Session};
+use crate::table::{CallState, ChildSession, HOST};
 use crate::wire::Wire;
 
 /// A status of the ABI, and the problems found.
@@ -41,7 +41,7 @@ pub(crate) fn run_inspection(
     name: &str,
 ) -> (Wire, InspectionOutcome) {
     let infos = vec![PortInfo::default(); own + listed.len()];
-    let mut session = Session {
+    let mut session = ChildSession {
         wire,
         name: CString::new(name.replace('\0', "")).unwrap_or_default(),
         application: 0,

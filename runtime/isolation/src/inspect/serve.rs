@@ -7,8 +7,7 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
 use jde_abi::inspect::Problem;
-use jde_abi::write::Optional;
-use jde_loader::{Inspected, LoadError, LoadedPlugin};
+use jde_loader::{LoadError, LoadedPlugin};
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 
@@ -42,17 +41,7 @@ pub fn serve(
         };
         let response = match request {
             InspectorRequest::Describe { copy, path } => match map(open, &mut mapped, &copy, path) {
-                Ok(loaded) => {
-                    let Inspected {
-                        description,
-                        optional,
-                    } = loaded.inspected();
-                    let optional = optional.into_iter().map(Optional::bits).collect();
-                    InspectorResponse::Plugin {
-                        description,
-                        optional,
-                    }
-                }
+                Ok(loaded) => InspectorResponse::Plugin((*loaded.description).clone()),
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
             InspectorRequest::EntryPoints => {

@@ -2,8 +2,9 @@
 //! and no new port or role may require one. It collects all reasons against it and changes nothing.
 
 use jde_abi::describe::{Child, Kind, Port, Role, Schema};
-use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig};
-use jde_core::Policy;
+use jde_abi::raw;
+use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig, InstancePort, RoleId};
+use jde_core::{Id, Policy, SchemaId};
 
 use super::PortMapping;
 
@@ -12,7 +13,7 @@ pub struct BuildMapping {
     /// The mapping of each port of the build.
     pub ports: Vec<PortMapping>,
     /// For each role of the build, the application's role.
-    pub roles: Vec<Option<usize>>,
+    pub roles: Vec<Option<RoleId>>,
     /// New parts of the build that take effect only when the application is restarted.
     pub notes: Vec<String>,
 }
@@ -20,7 +21,7 @@ pub struct BuildMapping {
 /// The current build and the new one, with the findings so far.
 struct CompatibilityCheck<'a> {
     application: &'a Application,
-    number: usize,
+    id: SchemaId,
     new: &'a Schema,
     errors: Vec<String>,
     notes: Vec<String>,
@@ -30,19 +31,15 @@ struct CompatibilityCheck<'a> {
 ///
 /// # Errors
 /// Every reason why it cannot replace the current build.
-pub fn map_build(
-    application: &Application,
-    number: usize,
-    new: &Schema,
-) -> Result<BuildMapping, Vec<String>> {
-    let children = application.instances[number].schema.children.iter();
+pub fn map_build(application: &Application, id: SchemaId, new: &Schema) -> Result<BuildMapping, Vec<String>> {
+    let children = application.instances[id].schema.children.iter();
     let named = children.filter(|child| child.many);
-    let listed = application.instances[number].listed_ports();
+    let listed = application.instances[id].listed_ports();
     let new = new.with_children(named.map(|child| (&*child.name, &*child.group)));
     let new = &new.with_ports(listed.iter().cloned());
     let mut check = CompatibilityCheck {
         application,
-        number,
+        id,
         new,
         errors: Vec::new(),
         notes: Vec::new(),
@@ -65,7 +62,7 @@ pub fn map_build(
 
 impl<'a> CompatibilityCheck<'a> {
     fn instance(&self) -> &'a InstanceConfig {
-        &self.application.instances[self.number]
+        &self.application.instances[self.id]
     }
 
     fn old(&self) -> &'a Schema {
@@ -80,10 +77,9 @@ impl<'a> CompatibilityCheck<'a> {
             self.errors
                 .push(format!("it is {} now, and was {}", kinds.1, kinds.0));
         }
-        let number = self.number;
+        let id = self.id;
         let groups = self.application.groups.iter();
-        let arbitrated =
-            groups.filter(|group| group.father == Some(number) && group.policy == Policy::FATHER);
+        let arbitrated = groups.filter(|group| group.father == Some(id) && group.policy == Policy::FATHER);
         if !new.arbitrates && old.arbitrates {
             for group in arbitrated {
                 self.errors.push(format!(
@@ -135,7 +131,7 @@ impl<'a> CompatibilityCheck<'a> {
             }
         }
         let listed = self.instance().listed_ports();
-        let is_import = |port: &Port| matches!(port.role, Role::Import { .. });
+        let is_import = |port: &Port| matches!(port.role, Role::Import);
         for port in &self.new.ports[..self.new.ports.len() - listed.len()] {
             let is_twin = |other: &Port| other.name == port.name && is_import(other) == is_import(port);
             if listed.iter().any(is_twin) {
@@ -150,7 +146,7 @@ impl<'a> CompatibilityCheck<'a> {
     /// The name of a group that this schema guards.
     fn guarded_group(&self) -> Option<&'a str> {
         let mut groups = self.application.groups.iter();
-        let guarded = groups.find(|group| group.guard == Some(self.number))?;
+        let guarded = groups.find(|group| group.guard == Some(self.id))?;
         Some(&guarded.name)
     }
 
@@ -168,7 +164,7 @@ impl<'a> CompatibilityCheck<'a> {
         }
         for (index, child) in self.old().children.iter().enumerate() {
             let gone = !self.new.children.iter().any(|new| new.name == child.name);
-            if let (true, Some(bound)) = (gone, instance.children[index]) {
+            if let (true, Some(bound)) = (gone, instance.children[RoleId::new(index)]) {
                 self.errors.push(format!(
                     "the child `{}` is gone, and {} has its role",
                     child.name,
@@ -180,7 +176,7 @@ impl<'a> CompatibilityCheck<'a> {
 
     /// Describes why a port of the current build is needed; `None` if it is not.
     fn describe_need(&self, index: usize, binding: &Binding) -> Option<String> {
-        let variable = (self.number, index);
+        let variable = InstancePort::new(self.id, index);
         match binding {
             Binding::Import { source, .. } => {
                 let source = self.application.source_name((*source)?);
@@ -190,7 +186,7 @@ impl<'a> CompatibilityCheck<'a> {
                 let target = target.as_ref()?;
                 Some(format!(
                     "the application binds it to {}",
-                    self.application.variable_name(target.0, target.1)
+                    self.application.variable_name(*target)
                 ))
             }
             // The application file does not bind these: if a father no longer writes one, the child keeps its
@@ -210,20 +206,17 @@ impl<'a> CompatibilityCheck<'a> {
         }
     }
 
-    fn reader(&self, variable: (usize, usize)) -> Option<String> {
-        let reads = |binding: &Binding| {
-            matches!(binding, Binding::Import { source: Some(ImportSource::Local(owner, port)), .. }
-                if (*owner, *port) == variable)
-        };
+    fn reader(&self, variable: InstancePort) -> Option<String> {
+        let reads = |binding: &Binding| matches!(binding, Binding::Import { source: Some(ImportSource::Local(port)), .. } if *port == variable);
         self.user(reads).map(|user| format!("{user} imports it"))
     }
 
-    fn writer(&self, variable: (usize, usize)) -> Option<String> {
+    fn writer(&self, variable: InstancePort) -> Option<String> {
         let writes = |binding: &Binding| match binding {
             Binding::Actuator { target } => *target == Some(variable),
             Binding::ChildModulation {
-                target: Some(ChildTarget::Port(child, port)),
-            } => (*child, *port) == variable,
+                target: Some(ChildTarget::Port(port)),
+            } => *port == variable,
             Binding::ChildModulation { .. }
             | Binding::Import { .. }
             | Binding::Export
@@ -239,10 +232,11 @@ impl<'a> CompatibilityCheck<'a> {
         Some(user.name.clone())
     }
 
-    /// Returns the application's index of a role.
-    fn map_role(&mut self, new: &Child) -> Option<usize> {
+    /// Returns the application's role of this name.
+    fn map_role(&mut self, new: &Child) -> Option<RoleId> {
         let index = self.old().children.iter().position(|old| old.name == new.name);
-        let bound = index.and_then(|index| self.instance().children[index]);
+        let role = index.map(RoleId::new);
+        let bound = role.and_then(|role| self.instance().children[role]);
         match index {
             Some(index) => {
                 let old = &self.old().children[index];
@@ -268,7 +262,7 @@ impl<'a> CompatibilityCheck<'a> {
                 new.name
             ));
         }
-        index
+        role
     }
 
     /// Returns the mapping of a port.
@@ -290,7 +284,7 @@ impl<'a> CompatibilityCheck<'a> {
                 | Binding::Actuator { target: None }
                 | Binding::ChildModulation { target: None }
         );
-        if unbound && !new.optional {
+        if unbound && !new.has(raw::OPTIONAL) {
             self.errors.push(format!(
                 "{name} is no longer optional, and the application leaves it unbound"
             ));
@@ -325,44 +319,29 @@ impl<'a> CompatibilityCheck<'a> {
         }
         match (&old.role, &new.role) {
             (
-                Role::Command {
-                    neutral, validity_ns, ..
-                },
+                Role::Command { neutral, validity_ns },
                 Role::Command {
                     neutral: new_neutral,
                     validity_ns: new_validity,
-                    ..
                 },
             ) if neutral != new_neutral || validity_ns != new_validity => self.errors.push(format!(
                 "{name} has another neutral value or validity, by which actuators are stopped"
             )),
+            (Role::Command { .. }, Role::Command { .. }) => self.note_change(
+                [name, "a trigger; the application keeps its setting"],
+                [old, new],
+                raw::TRIGGER,
+            ),
+            (Role::Import, Role::Import) => self.note_change(
+                [name, "a trigger by default; the application keeps its setting"],
+                [old, new],
+                raw::TRIGGER,
+            ),
             (
-                Role::Command { trigger, .. },
-                Role::Command {
-                    trigger: new_trigger, ..
-                },
-            ) if trigger != new_trigger => {
-                self.notes.push(format!(
-                    "{name} is {} a trigger; the application keeps its setting",
-                    if *new_trigger { "now" } else { "no longer" }
-                ));
-            }
-            (Role::Import { trigger }, Role::Import { trigger: new_trigger }) if trigger != new_trigger => {
-                self.notes.push(format!(
-                    "{name} is {} a trigger by default; the application keeps its setting",
-                    if *new_trigger { "now" } else { "no longer" }
-                ));
-            }
-            (
-                Role::Modulation {
-                    default,
-                    limits,
-                    fixed,
-                },
+                Role::Modulation { default, limits },
                 Role::Modulation {
                     default: new_default,
                     limits: new_limits,
-                    fixed: new_fixed,
                 },
             ) => {
                 if default != new_default {
@@ -370,12 +349,8 @@ impl<'a> CompatibilityCheck<'a> {
                         "{name} has a new default; the running value is kept (`jde set` changes it)"
                     ));
                 }
-                if fixed != new_fixed {
-                    self.notes.push(format!(
-                        "{name} is {} read only on awakening; this takes effect when the application restarts",
-                        if *new_fixed { "now" } else { "no longer" }
-                    ));
-                }
+                let what = "read only on awakening; this takes effect when the application restarts";
+                self.note_change([name, what], [old, new], raw::FIXED);
                 if limits != new_limits {
                     self.notes.push(format!(
                         "{name} has new limits; the old ones apply until the application restarts"
@@ -386,11 +361,19 @@ impl<'a> CompatibilityCheck<'a> {
         }
     }
 
+    /// Notes that a port has an attribute now, or has it no longer.
+    fn note_change(&mut self, [name, what]: [&str; 2], [old, new]: [&Port; 2], flag: u32) {
+        if old.has(flag) != new.has(flag) {
+            let now = if new.has(flag) { "now" } else { "no longer" };
+            self.notes.push(format!("{name} is {now} {what}"));
+        }
+    }
+
     /// Returns the mapping of a port that the application does not have.
     fn map_new_port(&mut self, new: &Port) -> PortMapping {
         let name = self.port_name(new, &self.new.children);
         let mapping = match &new.role {
-            Role::Import { .. } | Role::Actuator if !new.optional => {
+            Role::Import | Role::Actuator if !new.has(raw::OPTIONAL) => {
                 self.errors.push(format!(
                     "{name} is new and not optional, and the application does not bind it"
                 ));
@@ -399,14 +382,16 @@ impl<'a> CompatibilityCheck<'a> {
             Role::ChildModulation { child } => {
                 let role = &self.new.children[*child].name;
                 let old = self.old().children.iter().position(|old| old.name == *role);
-                if !new.optional && old.is_some_and(|old| self.instance().children[old].is_some()) {
+                if !new.has(raw::OPTIONAL)
+                    && old.is_some_and(|old| self.instance().children[RoleId::new(old)].is_some())
+                {
                     self.errors.push(format!(
                         "{name} is new and not optional, and the application does not bind it"
                     ));
                 }
                 PortMapping::Unbound
             }
-            Role::Import { .. } | Role::Actuator => PortMapping::Unbound,
+            Role::Import | Role::Actuator => PortMapping::Unbound,
             Role::Modulation { default, .. } => PortMapping::fixed(default, false),
             Role::Command { neutral, .. } => PortMapping::fixed(neutral, true),
             Role::Export { .. } => PortMapping::Discarded(new.value_type.bytes),
@@ -428,17 +413,18 @@ impl<'a> CompatibilityCheck<'a> {
         mapping
     }
 
-    /// Whether two ports agree in kind, name and child.
+    /// Whether two ports agree in kind, name and child. A former name is still read.
     fn has_same_name(&self, new: &Port, old: &Port) -> bool {
         let child = |port: &Port, children: &'a [Child]| match port.role {
             Role::ChildModulation { child } => Some(children[child].name.as_str()),
-            Role::Import { .. }
+            Role::Import
             | Role::Export { .. }
             | Role::Modulation { .. }
             | Role::Command { .. }
             | Role::Actuator => None,
         };
-        new.name == old.name
+        let is_renamed = new.former_name.as_deref() == Some(old.name.as_str());
+        (new.name == old.name || is_renamed)
             && role_noun(&new.role) == role_noun(&old.role)
             && child(new, &self.new.children) == child(old, &self.old().children)
     }
@@ -455,8 +441,8 @@ impl<'a> CompatibilityCheck<'a> {
         }
     }
 
-    fn schema_name(&self, index: usize) -> String {
-        self.application.instances[index].name.clone()
+    fn schema_name(&self, id: SchemaId) -> String {
+        self.application.instances[id].name.clone()
     }
 }
 
@@ -470,7 +456,7 @@ fn kind_noun(kind: Kind) -> &'static str {
 
 fn role_noun(role: &Role) -> &'static str {
     match role {
-        Role::Import { .. } => "import",
+        Role::Import => "import",
         Role::Export { .. } => "export",
         Role::Modulation { .. } => "modulation",
         Role::Command { .. } => "command",

@@ -9,6 +9,8 @@ mod compatibility;
 use std::sync::Arc;
 
 use jde_abi::{describe, raw};
+use jde_app::RoleId;
+use jde_core::Id;
 use jde_records::reload::BuildName;
 
 use crate::instance::memory_of;
@@ -30,7 +32,7 @@ pub struct Build {
     /// The mapping of each of its ports.
     ports: Vec<PortMapping>,
     /// For each of its roles, the application's role.
-    roles: Vec<Option<usize>>,
+    roles: Vec<Option<RoleId>>,
     /// The library that contains its functions.
     pub plugin: LoadedPlugin,
 }
@@ -58,7 +60,9 @@ impl Build {
     pub fn original(plugin: LoadedPlugin, number: usize, schema: &describe::Schema) -> Self {
         let mapping = BuildMapping {
             ports: (0..schema.ports.len()).map(PortMapping::Bound).collect(),
-            roles: (0..schema.children.len()).map(Some).collect(),
+            roles: (0..schema.children.len())
+                .map(|role| Some(RoleId::new(role)))
+                .collect(),
             notes: Vec::new(),
         };
         let table = plugin.schema(number);
@@ -107,12 +111,12 @@ impl Build {
 
     /// Maps the build's role number to the application's: `None` if the build has no such role, `Some(None)`
     /// if the application does not have it.
-    pub fn role(&self, role: u32) -> Option<Option<usize>> {
+    pub fn role(&self, role: u32) -> Option<Option<RoleId>> {
         self.roles.get(role as usize).copied()
     }
 
     /// Maps the application's role number to the build's.
-    pub fn own_role(&self, role: usize) -> Option<usize> {
+    pub fn own_role(&self, role: RoleId) -> Option<usize> {
         self.roles.iter().position(|own| *own == Some(role))
     }
 

@@ -172,7 +172,7 @@ fn operator(message: &EventMessage) -> Option<What<String>> {
         };
     };
     let mut parts = words_of_action.split("; ");
-    let mut told = parts.next()?;
+    let mut action_words = parts.next()?;
     let losses: Option<Vec<_>> = parts
         .map(|part| {
             words("{} loses its {}", part).map(|[reader, import]| Loss {
@@ -182,7 +182,7 @@ fn operator(message: &EventMessage) -> Option<What<String>> {
         })
         .collect();
     let losses = losses.unwrap_or_else(|| {
-        told = words_of_action;
+        action_words = words_of_action;
         Vec::new()
     });
     let action = match &message.touched {
@@ -191,7 +191,7 @@ fn operator(message: &EventMessage) -> Option<What<String>> {
             number: *number,
             gesture: gesture.clone(),
         },
-        None => action(schema, told)?,
+        None => action(schema, action_words)?,
     };
     Some(What::Operator { by, action, losses })
 }

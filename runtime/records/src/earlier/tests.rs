@@ -89,7 +89,7 @@ fn losses() -> impl Strategy<Value = Vec<Loss<String>>> {
 }
 
 /// Every event of which a version without data wrote all in its words.
-fn told() -> impl Strategy<Value = What<String>> {
+fn events_in_words() -> impl Strategy<Value = What<String>> {
     let of_schemas = prop_oneof![
         (schema(), health()).prop_map(|(schema, health)| What::HealthChanged { schema, health }),
         (schema(), time(), time()).prop_map(|(schema, took, budget)| What::Overrun { schema, took, budget }),
@@ -179,7 +179,7 @@ fn without_data(event: &Occurrence<String>) -> Occurrence<String> {
 
 proptest! {
     #[test]
-    fn an_event_is_read_from_its_words(what in told(), time in time()) {
+    fn an_event_is_read_from_its_words(what in events_in_words(), time in time()) {
         let event = what.at(time);
         let read = without_data(&event);
         prop_assert!(!matches!(read.what, What::Unknown { .. }), "{}", event);
@@ -195,7 +195,7 @@ proptest! {
     }
 
     #[test]
-    fn with_its_data_nothing_of_an_event_is_lost(what in told(), time in time()) {
+    fn with_its_data_nothing_of_an_event_is_lost(what in events_in_words(), time in time()) {
         let event = what.at(time);
         let json = serde_json::to_vec(&event).expect("it is JSON");
         let read: Occurrence<String> = serde_json::from_slice(&json).expect("it is an event");

@@ -1,6 +1,6 @@
 //! The actions of operators (R14).
 
-use jde_core::{Nanos, Operator};
+use jde_core::{Nanos, Operator, SchemaId};
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::reload::BuildName;
 /// An action of an operator on a schema.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum OperatorAction<N = usize> {
+pub enum OperatorAction<N = SchemaId> {
     /// Requests that a schema is awake.
     Play {
         /// The schema.
@@ -94,10 +94,10 @@ pub enum OperatorAction<N = usize> {
 impl From<Operator> for OperatorAction {
     fn from(operator: Operator) -> Self {
         match operator {
-            Operator::Play(id) => Self::Play { schema: id.index() },
-            Operator::Stop(id) => Self::Stop { schema: id.index() },
-            Operator::Force(id) => Self::Force { schema: id.index() },
-            Operator::Release(id) => Self::Release { schema: id.index() },
+            Operator::Play(schema) => Self::Play { schema },
+            Operator::Stop(schema) => Self::Stop { schema },
+            Operator::Force(schema) => Self::Force { schema },
+            Operator::Release(schema) => Self::Release { schema },
         }
     }
 }

@@ -1,5 +1,5 @@
 //! The events of a running application. One enum serves those who watch a run while it goes on, where schemas and groups are
-//! places in the application, and those who read its records, where they are names.
+//! those of the application, and those who read its records, where they are names.
 //!
 //! A new event is a variant of [`What`]. The compiler then lists everything that reads events: no `match` on one has an arm
 //! for all others.
@@ -9,7 +9,9 @@ mod named;
 mod outcome;
 mod words;
 
-use jde_core::{Health, Nanos, Record, State};
+use std::fmt;
+
+use jde_core::{GroupId, Health, Nanos, Record, SchemaId, State};
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
@@ -20,9 +22,23 @@ pub use action::OperatorAction;
 pub use named::Names;
 pub use outcome::Outcome;
 
-/// An event. `N` names schemas and groups: by default by their place in the `Application`. `D` is a selection.
+/// How events name schemas, and groups accordingly.
+pub trait Naming {
+    /// The name of a group.
+    type Group: Clone + fmt::Debug + PartialEq;
+}
+
+impl Naming for SchemaId {
+    type Group = GroupId;
+}
+
+impl Naming for String {
+    type Group = Self;
+}
+
+/// An event. `N` names schemas: by default by their place in the `Application`. `D` is a selection.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event<N = usize, D = Record> {
+pub enum Event<N: Naming = SchemaId, D = Record> {
     /// A selection (R15). [`What::TookOver`] later reports the time to the winner's first iteration.
     Decision(D),
     /// A schema changed its state.
@@ -33,7 +49,7 @@ pub enum Event<N = usize, D = Record> {
 
 /// A schema changed its state.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StateChange<N = usize> {
+pub struct StateChange<N = SchemaId> {
     /// When, ns since the application's start.
     pub time: Nanos,
     /// The schema.
@@ -46,7 +62,7 @@ pub struct StateChange<N = usize> {
 
 /// An event other than a selection or a change of state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Occurrence<N = usize> {
+pub struct Occurrence<N: Naming = SchemaId> {
     /// When, ns since the application's start.
     pub time: Nanos,
     /// What happened.
@@ -58,8 +74,14 @@ pub struct Occurrence<N = usize> {
 /// Its form in JSON is a part of records: a field that is added later has a default, and what gets another meaning gets
 /// another name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum What<N = usize> {
+#[serde(
+    rename_all = "kebab-case",
+    bound(
+        serialize = "N: Serialize, N::Group: Serialize",
+        deserialize = "N: Deserialize<'de>, N::Group: Deserialize<'de>"
+    )
+)]
+pub enum What<N: Naming = SchemaId> {
     /// A schema's health changed.
     HealthChanged {
         /// The schema.
@@ -71,7 +93,7 @@ pub enum What<N = usize> {
     /// A new winner began its first iteration. Whether that was late: [`What::is_late`].
     TookOver {
         /// The group.
-        group: N,
+        group: N::Group,
         /// Number of the selection's record.
         record: u64,
         /// The winner.
@@ -86,7 +108,7 @@ pub enum What<N = usize> {
     /// A group began to chatter: see [`crate::chattering`].
     ChatteringStarted {
         /// The group.
-        group: N,
+        group: N::Group,
         /// The two schemas that alternate most; `None` stands for no winner.
         between: [Option<N>; 2],
         /// Switches within the last second.
@@ -95,7 +117,7 @@ pub enum What<N = usize> {
     /// A group stopped chattering.
     ChatteringEnded {
         /// The group.
-        group: N,
+        group: N::Group,
         /// When it began to chatter.
         since: Nanos,
         /// Switches since then.
@@ -241,14 +263,14 @@ pub enum What<N = usize> {
 
 /// An import of an awake schema whose source sleeps, because an operator stopped or unloaded it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Loss<N = usize> {
+pub struct Loss<N = SchemaId> {
     /// The schema that imports.
     pub reader: N,
     /// The name of its import.
     pub import: String,
 }
 
-impl<N> What<N> {
+impl<N: Naming> What<N> {
     /// Whether it is a takeover that took longer than its contract permits, and not because of the machine (R17).
     #[must_use]
     pub fn is_late(&self) -> bool {
@@ -275,13 +297,13 @@ impl<N> What<N> {
     }
 }
 
-impl<N, D> From<Occurrence<N>> for Event<N, D> {
+impl<N: Naming, D> From<Occurrence<N>> for Event<N, D> {
     fn from(occurrence: Occurrence<N>) -> Self {
         Self::Other(occurrence)
     }
 }
 
-impl<N, D> Event<N, D> {
+impl<N: Naming, D> Event<N, D> {
     /// Returns what happened, if it is neither a selection nor a change of state.
     #[must_use]
     pub fn what(&self) -> Option<&What<N>> {

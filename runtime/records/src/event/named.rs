@@ -1,19 +1,21 @@
 //! The event of a run with the names of its schemas and groups, as records have it.
 
+use jde_core::{GroupId, SchemaId, Table};
+
 use super::{Loss, Occurrence, OperatorAction, StateChange, What};
 
-/// The names of an application's schemas and groups, by their places.
+/// The names of an application's schemas and groups.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     /// The schemas.
-    pub schemas: Vec<String>,
+    pub schemas: Table<SchemaId, String>,
     /// The groups.
-    pub groups: Vec<String>,
+    pub groups: Table<GroupId, String>,
 }
 
 impl Names {
-    fn schema(&self, place: usize) -> String {
-        self.schemas[place].clone()
+    fn schema(&self, id: SchemaId) -> String {
+        self.schemas[id].clone()
     }
 
     /// Returns a change of state of the application that has these names.
@@ -35,7 +37,7 @@ impl Names {
     }
 
     fn what(&self, what: What) -> What<String> {
-        let name = |place| self.schema(place);
+        let name = |id| self.schema(id);
         match what {
             What::HealthChanged { schema, health } => What::HealthChanged {
                 schema: name(schema),
@@ -174,7 +176,7 @@ impl Names {
 }
 
 impl OperatorAction {
-    fn named(self, name: impl Fn(usize) -> String) -> OperatorAction<String> {
+    fn named(self, name: impl Fn(SchemaId) -> String) -> OperatorAction<String> {
         match self {
             Self::Play { schema } => OperatorAction::Play { schema: name(schema) },
             Self::Stop { schema } => OperatorAction::Stop { schema: name(schema) },

@@ -5,10 +5,10 @@ use std::fmt;
 
 use jde_core::{Health, Nanos};
 
-use super::{Loss, Occurrence, What};
+use super::{Loss, Naming, Occurrence, What};
 use crate::seconds;
 
-impl<N> What<N> {
+impl<N: Naming> What<N> {
     /// The name of its kind: those of docs/recordings.md.
     #[must_use]
     pub fn kind(&self) -> &str {

@@ -10,6 +10,7 @@ use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
 
+use crate::DecidedBy;
 use crate::reload::BuildName;
 use names::KindName;
 pub(crate) use names::{CaseName, HealthName, StateName};
@@ -255,8 +256,8 @@ pub struct Switch {
     pub from: Option<usize>,
     /// The new winner.
     pub to: Option<usize>,
-    /// The decider.
-    pub decider: String,
+    /// Who decided.
+    pub decider: DecidedBy,
     /// The reason, as text.
     pub reason: String,
     /// Time from the cause to the winner's first iteration, ns.
@@ -318,7 +319,7 @@ mod tests {
                     time: 1,
                     from: None,
                     to: Some(0),
-                    decider: "nobody".to_owned(),
+                    decider: DecidedBy::Nobody,
                     reason: "alone".to_owned(),
                     latency: Some(3),
                 }),

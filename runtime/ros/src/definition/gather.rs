@@ -189,12 +189,12 @@ mod tests {
         );
         let unreadable = gather(
             "a/msg/A",
-            |_| Err("A.msg: it is no regular file".to_owned()),
+            |_| Err("A.msg: it is not a regular file".to_owned()),
             |_| false,
         );
         assert_eq!(
             unreadable.unwrap_err().to_string(),
-            "A.msg: it is no regular file"
+            "A.msg: it is not a regular file"
         );
     }
 }

@@ -8,7 +8,7 @@ pub use gather::{GatherError, gather, split};
 pub use read::{ReadError, has_fields, read, read_interface};
 
 use read::OF_ROS_1;
-pub(crate) use read::scalar;
+pub use read::scalar;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -117,7 +117,8 @@ fn kind(field: &Field) -> String {
 const TEXT: &str = "jde_msgs/msg/Name";
 
 /// Returns the capacity of each text, if a field is a list of texts.
-pub(crate) fn texts(field: &Field) -> Option<usize> {
+#[must_use]
+pub fn texts(field: &Field) -> Option<usize> {
     match (&field.kind, field.form) {
         (FieldKind::Struct(inner), Form::Array(_) | Form::Sequence { .. }) if inner.name == TEXT => {
             inner.fields.first().map(|text| text.form.capacity())

@@ -12,7 +12,7 @@ const HALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../worlds/hall.toml"
 /// The position of the hall's orange ball, and that of the camera on a Pioneer: ahead of the robot's middle,
 /// and above the floor.
 const BALL: [f64; 2] = [4.9, 3.7];
-const AHEAD: f64 = 0.05;
+const CAMERA_AHEAD: f64 = 0.05;
 const HEIGHT: f64 = 0.35;
 
 struct Hall {
@@ -83,7 +83,7 @@ fn the_ball_of_the_hall_is_found_at_its_position() {
                 let heading = f64::atan2(BALL[1] - y, BALL[0] - x) + offset;
                 let ball = hall.observe(Pose2 { x, y, heading }, pan, 0.15);
                 let (sin, cos) = heading.sin_cos();
-                let camera_position = [x + AHEAD * cos, y + AHEAD * sin];
+                let camera_position = [x + CAMERA_AHEAD * cos, y + CAMERA_AHEAD * sin];
                 let (dx, dy) = (BALL[0] - camera_position[0], BALL[1] - camera_position[1]);
                 let (ahead, height) = (dx.hypot(dy), 0.11 - HEIGHT);
                 assert!(ball.seen.get(), "from {x}, {y} offset by {offset}");

@@ -10,14 +10,14 @@ use jde_schema::types::PoseStamped;
 use shape::{Bright, Shape};
 
 /// Most things that may be strips. More are noise, and would cost more than its budget.
-const MOST: usize = 64;
+const MAX_CANDIDATES: usize = 64;
 
 /// Strips of a reflector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/ReflectorStrips")]
 pub struct ReflectorStrips {
-    /// The middle of each strip, from that of the reflector to the right as one who faces it sees it, ascending.
+    /// The middle of each strip, from that of the reflector to the right for a person who faces it, ascending.
     #[value(unit = "m")]
     pub offsets: Seq<f64, 8>,
 }
@@ -51,7 +51,7 @@ pub struct Reflector {
     /// Retracted while the scan does not show exactly one.
     #[export]
     reflector: Export<PoseStamped>,
-    /// Where the reflector is, or why there is none, in words.
+    /// The place of the reflector, or the reason why there is none, in words.
     #[export]
     state: Export<Text<160>>,
     /// Sequence number of the last scan; `None` after it awoke.
@@ -147,7 +147,7 @@ impl Reflector {
         self.seen = shape::bright(scan, self.bright.get(cx), self.range.get(cx));
         let seen = &self.seen;
         let narrow = seen.iter().filter(|thing| shape.is_strip(thing)).count();
-        if narrow > MOST {
+        if narrow > MAX_CANDIDATES {
             return Err(format!(
                 "{narrow} things are as bright and narrow as strips: raise `bright`"
             ));

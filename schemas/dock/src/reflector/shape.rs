@@ -10,7 +10,7 @@ const GAP: f64 = 0.1;
 /// Ends on both sides of a single dull beam that are farther apart, m, are not of one strip.
 const HOLE: f64 = 0.03;
 /// The greatest angle, rad, at which a strip is seen: 70 degrees. Seen from the side it is narrower than its beams tell.
-const ASIDE: f64 = 1.22;
+const MAX_ANGLE: f64 = 1.22;
 /// How far before or behind the plane of the strips, m, something bright is part of the reflector.
 const DEPTH: f64 = 0.1;
 
@@ -93,7 +93,7 @@ impl Shape<'_> {
     /// Returns whether a thing may be as wide as a strip.
     pub(crate) fn is_strip(&self, thing: &Bright) -> bool {
         let most = thing.extent + 2.0 * thing.spacing;
-        thing.extent <= self.width + self.tolerance && most >= self.width * ASIDE.cos()
+        thing.extent <= self.width + self.tolerance && most >= self.width * MAX_ANGLE.cos()
     }
 
     /// Returns the reflectors of this shape among bright things: the middle, and the direction in which each faces.
@@ -159,7 +159,7 @@ impl Shape<'_> {
             apart(local(&pose, thing), (0.0, *offset)) <= self.reach(thing)
         };
         let laser = pose.localize(&Pose2D::ORIGIN);
-        let faces = laser.x > 0.0 && laser.y.atan2(laser.x).abs() <= ASIDE;
+        let faces = laser.x > 0.0 && laser.y.atan2(laser.x).abs() <= MAX_ANGLE;
         let mut places = parts.iter().map(|(thing, _)| *thing).zip(self.offsets);
         (faces && places.all(is_there)).then_some(pose)
     }

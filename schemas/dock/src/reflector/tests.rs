@@ -10,8 +10,8 @@ use super::{Reflector, ReflectorStrips};
 
 const OFFSETS: [f64; 3] = [-0.2, 0.08, 0.2];
 const WIDTH: f64 = 0.05;
-const DULL: f32 = 10.0;
-const BRIGHT: f32 = 200.0;
+const DULL_INTENSITY: f32 = 10.0;
+const BRIGHT_INTENSITY: f32 = 200.0;
 
 /// A wall through a place of the laser's frame, in the direction of the y of that pose, with strips and bright things
 /// along it: where each begins and ends.
@@ -44,7 +44,14 @@ impl Wall {
             return (f32::INFINITY, 0.0);
         }
         let is_bright = self.bright.iter().any(|(from, to)| (*from..=*to).contains(&y));
-        (range as f32, if is_bright { BRIGHT } else { DULL })
+        (
+            range as f32,
+            if is_bright {
+                BRIGHT_INTENSITY
+            } else {
+                DULL_INTENSITY
+            },
+        )
     }
 }
 
@@ -118,8 +125,11 @@ fn a_scan_is_stamped_with_its_time_and_frame() {
 #[test]
 fn a_dull_beam_does_not_divide_a_strip() {
     let mut holed = scan(&[Wall::at(0.5, 0.0, 0.0)], -PI);
-    let bright = holed.intensities.iter().position(|bright| *bright == BRIGHT);
-    holed.intensities[bright.expect("a strip is seen") + 2] = DULL;
+    let bright = holed
+        .intensities
+        .iter()
+        .position(|bright| *bright == BRIGHT_INTENSITY);
+    holed.intensities[bright.expect("a strip is seen") + 2] = DULL_INTENSITY;
     find(&mut bench(), &holed).expect("it is found");
 }
 
@@ -128,7 +138,7 @@ fn too_many_bright_things_are_refused_in_words() {
     let mut noise = scan(&[Wall::at(0.5, 0.0, 0.0)], -PI);
     for beam in (0..720).step_by(3) {
         noise.ranges[beam] = 3.0;
-        noise.intensities[beam] = BRIGHT;
+        noise.intensities[beam] = BRIGHT_INTENSITY;
     }
     let words = find(&mut bench(), &noise).expect_err("it is noise");
     assert!(words.ends_with("as strips: raise `bright`"), "{words}");

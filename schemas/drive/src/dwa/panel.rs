@@ -11,7 +11,7 @@ impl Panel for Dwa {
             None => pen.value("left", self.track.left(), "m"),
         }
         let Some(body) = &self.body else { return };
-        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        let pose = self.perception.pose.get(cx).map(|odometry| odometry.pose2d());
         let canvas = pen.canvas("around").forward_up();
         canvas.area((-2.0, -2.0), (4.0, 2.0)).show(|area| {
             area.points(body.points().iter().map(|point| (point.x, point.y)))

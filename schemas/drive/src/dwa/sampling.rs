@@ -1,7 +1,7 @@
 //! The velocities that the base can reach, what the arc of each leads to, and the best one. Formulas only.
 
 use jde_grid::costmap::MAX_PASSABLE;
-use jde_motion::{Limits, Travel};
+use jde_motion::{BaseDynamics, Travel};
 use jde_schema::types::{Pose2D, Twist};
 
 use super::window::{Perimeter, Window};
@@ -20,7 +20,7 @@ pub(super) struct Samples {
     pub(super) speed: (f64, f64),
     /// Least turn rate on the spot and greatest turn rate, rad/s.
     pub(super) turn: (f64, f64),
-    pub(super) limits: Limits,
+    pub(super) dynamics: BaseDynamics,
     /// How long the base accelerates before the next choice, s.
     pub(super) period: f64,
     /// How long a velocity is simulated, s.
@@ -69,7 +69,7 @@ impl Samples {
     /// Returns the cheapest velocity whose arc touches nothing; `None` if all touch something.
     pub(super) fn best(&self, now: &Travel, scene: &Scene<'_>) -> Option<Choice> {
         let mut best: Option<Choice> = None;
-        for twist in self.twists(&now.velocity) {
+        for twist in self.twists(now) {
             let Some(choice) = self.choice(now, twist, scene) else {
                 continue;
             };
@@ -87,13 +87,25 @@ impl Samples {
     pub(super) fn choice(&self, now: &Travel, twist: Twist, scene: &Scene<'_>) -> Option<Choice> {
         let spacing = scene.perimeter.spacing();
         // Neither the base nor what is ahead of it moves farther than a cell in a step.
-        let way = twist.linear.x.abs().max(twist.angular.z.abs() * NOSE) * self.horizon;
+        let (velocity, lead) = (&now.velocity, &now.lead);
+        let ahead = [
+            twist.linear.x,
+            velocity.linear.x,
+            velocity.linear.x + lead.linear.x,
+        ];
+        let turns = [
+            twist.angular.z,
+            velocity.angular.z,
+            velocity.angular.z + lead.angular.z,
+        ];
+        let fastest = |of: [f64; 3]| of.into_iter().fold(0.0, |most: f64, speed| most.max(speed.abs()));
+        let way = fastest(ahead).max(fastest(turns) * NOSE) * self.horizon;
         let steps = (way / spacing).ceil().max(1.0);
         let step = self.horizon / steps;
         let mut travel = *now;
         let mut obstacle = 0;
         for _ in 0..steps as u32 {
-            travel = travel.after(step, &twist, &self.limits);
+            travel = travel.after(step, &twist, &self.dynamics);
             let contact = scene.window.contact(&travel.pose, scene.perimeter);
             if contact.touching > scene.touching {
                 return None;
@@ -110,23 +122,36 @@ impl Samples {
         })
     }
 
-    /// The dynamic window: what the base can reach within the period, and always a turn on the spot.
-    pub(super) fn twists(&self, velocity: &Twist) -> impl Iterator<Item = Twist> + use<> {
+    /// The dynamic window: what the base can strive for within the period, and always a turn on the spot. A lagging base
+    /// would accelerate by its lag alone within a window around its velocity.
+    pub(super) fn twists(&self, now: &Travel) -> impl Iterator<Item = Twist> + use<> {
         let Self {
             count: (speeds, turns),
             speed: (slow, fast),
             turn: (least_turn, turn),
-            limits,
+            dynamics,
             period,
             spin,
             ..
         } = *self;
-        let window = |now: f64, low: f64, high: f64, rate: f64| {
-            let change = rate * period;
-            ((now - change).clamp(low, high), (now + change).clamp(low, high))
+        let window = |now: f64, low: f64, high: f64, (up, down): (f64, f64)| {
+            let less = if now > 0.0 { down } else { up };
+            let more = if now < 0.0 { down } else { up };
+            (
+                (now - less * period).clamp(low, high),
+                (now + more * period).clamp(low, high),
+            )
         };
-        let speed_window = window(velocity.linear.x, slow, fast, limits.acceleration);
-        let turn_window = window(velocity.angular.z, -turn, turn, limits.turn_acceleration);
+        let (speed_rates, turn_rates) = (
+            (dynamics.acceleration, dynamics.deceleration),
+            (dynamics.turn_acceleration, dynamics.turn_deceleration),
+        );
+        let (ahead, turns_by) = (
+            now.velocity.linear.x + now.lead.linear.x,
+            now.velocity.angular.z + now.lead.angular.z,
+        );
+        let speed_window = window(ahead, slow, fast, speed_rates);
+        let turn_window = window(turns_by, -turn, turn, turn_rates);
         let ahead = values(speed_window, speeds).flat_map(move |speed| {
             let straight =
                 core::iter::once(0.0).filter(move |_| turn_window.0 <= 0.0 && turn_window.1 >= 0.0);

@@ -2,8 +2,9 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
+use jde_motion::BaseDynamics;
 use jde_schema::bench::Bench;
-use jde_schema::types::{Path, Pose, PoseStamped};
+use jde_schema::types::{Footprint, Path, Pose, PoseStamped};
 
 use super::window::Contact;
 use super::*;
@@ -11,15 +12,15 @@ use crate::bench::{Loop, RADIUS, Wall, room};
 
 const RESOLUTION: f64 = 0.05;
 /// Cells from the zero to each side of a map.
-const HALF: u32 = 120;
+const HALF_CELLS: u32 = 120;
 
 /// A map of 12 m around the zero, free but for the cells on these walls.
 fn map(walls: &[Wall]) -> Box<OccupancyGrid> {
-    let side = 2 * HALF;
+    let side = 2 * HALF_CELLS;
     let mut map = OccupancyGrid::boxed();
     map.info.resolution = RESOLUTION as f32;
     (map.info.width, map.info.height) = (side, side);
-    let corner = -f64::from(HALF) * RESOLUTION;
+    let corner = -f64::from(HALF_CELLS) * RESOLUTION;
     map.info.origin = Pose2D::new(corner, corner, 0.0).into();
     map.data.resize((side * side) as usize);
     for [from, to] in walls {
@@ -122,11 +123,22 @@ fn before_what_only_the_laser_sees_it_stops_and_says_where_it_is() {
 fn enclosed(behind: f64) -> Loop<Dwa> {
     let walls = room((behind, -0.32), (0.38, 0.38));
     let mut world = world(walls, Pose2D::ORIGIN, &[(0.0, 0.0), (4.0, 0.0)]);
-    world.bench.set("slow", 0.2);
-    world.bench.set("spot_turn", 2.0);
+    world.bench.set("vx_min", 0.2);
+    world.bench.set("min_in_place_vel_theta", 2.0);
     world.bench.iterate().expect("it iterates");
     assert_eq!(note(&world.bench), "every arc touches something");
     world
+}
+
+#[test]
+fn a_base_that_stands_below_a_turn_rate_turns_to_the_last_heading() {
+    let start = Pose2D::new(0.0, 0.0, 0.1);
+    let mut world = world(room((-1.0, -1.0), (5.0, 1.0)), start, &[(0.0, 0.0)]);
+    world.bench.set("yaw_goal_tolerance", 0.05);
+    world.dead_band = 0.29;
+    world.bench.iterate().expect("it iterates");
+    world.drive_while(20, |world| note(&world.bench) != "at the end of the path");
+    assert!(world.travel.pose.theta.abs() < 0.05, "{:?}", world.travel.pose);
 }
 
 #[test]
@@ -161,13 +173,14 @@ fn a_robot_nearer_than_the_padding_leaves() {
 #[test]
 fn without_any_of_its_inputs_it_is_not_ready_and_stands() {
     let places = [(0.0, 0.0), (4.0, 0.0)];
-    for missing in ["laser", "pose", "path", "map"] {
+    for missing in ["laser", "pose", "path", "map", "dynamics"] {
         let mut world = world(room((-5.0, -5.0), (5.0, 5.0)), Pose2D::ORIGIN, &places);
         assert_eq!(world.bench.check().expect("it checks"), true.into());
         world.bench.retract(missing);
         assert_eq!(world.bench.check().expect("it checks"), false.into(), "{missing}");
         world.bench.iterate().expect("it iterates");
         assert_eq!(world.bench.commanded("base"), Some(Twist::ZERO), "{missing}");
+        assert!(note(&world.bench).contains("dynamics"), "{}", note(&world.bench));
     }
 }
 
@@ -222,24 +235,66 @@ fn the_padding_moves_each_side_of_a_polygon_out() {
     assert!(touches(0.76, PI) && !touches(0.74, PI));
 }
 
+fn samples(dynamics: BaseDynamics) -> Samples {
+    Samples {
+        count: (3, 4),
+        speed: (0.0, 0.5),
+        turn: (0.3, 1.0),
+        dynamics,
+        period: 0.1,
+        horizon: 1.0,
+        spin: 0.0,
+    }
+}
+
+#[test]
+fn the_window_is_around_what_a_lagging_base_strives_for_and_wider_where_it_brakes() {
+    let samples = samples(BaseDynamics {
+        acceleration: 0.5,
+        deceleration: 2.0,
+        turn_acceleration: 2.0,
+        turn_deceleration: 4.0,
+        lag: 0.2,
+    });
+    let bounds = |speed: f64, lead: f64, turn: f64| {
+        let now = Travel {
+            velocity: Twist::planar(speed, turn),
+            lead: Twist::planar(lead, 0.0),
+            ..Travel::default()
+        };
+        let twists: Vec<Twist> = samples
+            .twists(&now)
+            .filter(|twist| twist.linear.x > 0.0)
+            .collect();
+        let of = |part: fn(&Twist) -> f64| {
+            let parts = twists.iter().map(part);
+            let rounded = |value: f64| (value * 1e6).round() / 1e6;
+            (
+                rounded(parts.clone().fold(f64::INFINITY, f64::min)),
+                rounded(parts.fold(f64::NEG_INFINITY, f64::max)),
+            )
+        };
+        (of(|twist| twist.linear.x), of(|twist| twist.angular.z))
+    };
+    assert_eq!(bounds(0.1, 0.25, 0.5), ((0.15, 0.4), (0.1, 0.7)));
+    assert_eq!(bounds(0.35, 0.0, -0.5), ((0.15, 0.4), (-0.7, -0.1)));
+}
+
 #[test]
 fn the_window_holds_what_the_base_can_reach_within_the_period() {
-    let limits = Limits {
+    let dynamics = BaseDynamics {
         acceleration: 1.0,
         deceleration: 1.0,
         turn_acceleration: 2.0,
         turn_deceleration: 2.0,
+        lag: 0.0,
     };
-    let samples = Samples {
-        count: (3, 4),
-        speed: (0.0, 0.5),
-        turn: (0.3, 1.0),
-        limits,
-        period: 0.1,
-        horizon: 1.0,
-        spin: 0.0,
+    let samples = samples(dynamics);
+    let now = Travel {
+        velocity: Twist::planar(0.2, 0.9),
+        ..Travel::default()
     };
-    let twists: Vec<Twist> = samples.twists(&Twist::planar(0.2, 0.9)).collect();
+    let twists: Vec<Twist> = samples.twists(&now).collect();
     let ahead = twists.iter().filter(|twist| twist.linear.x > 0.0);
     assert!(ahead.clone().count() >= 12);
     for twist in ahead {

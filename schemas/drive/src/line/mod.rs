@@ -4,31 +4,32 @@
 //! of the wheels see the heading, too.
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Footprint, normalize_angle};
+use jde_schema::types::normalize_angle;
 
-use crate::body::{Ability, Body, HOLD, Permit, measured};
+use crate::body::{Body, HOLD, Permit, measured};
+use crate::ports::RobotBase;
 
 /// The darkest cell must be at least so dark, from 0 for the floor to 1 for the line.
-const SEEN: f64 = 0.5;
+const SEEN_DARKNESS: f64 = 0.5;
 /// Line and floor must differ by so much in brightness.
 const CONTRAST: f64 = 0.05;
 /// What is less dark than this is dirt and noise.
-const FAINT: f64 = 0.2;
+const NOISE_DARKNESS: f64 = 0.2;
 /// The part of the bar's half width from which on a line that is lost was lost to the side.
 const EDGE: f64 = 0.5;
 /// How far it turns to a line that it lost to the side, rad.
 const SWEEP: f64 = 100_f64.to_radians();
-/// The part of `fast` that is left while it turns at full rate, or searches.
-const TURNING: f64 = 0.3;
-/// The part of `turn` with which it turns to a line that it lost.
-const SWEEPING: f64 = 0.5;
+/// The part of `vx_max` that is left while it turns at full rate, or searches.
+const TURNING_SPEED: f64 = 0.3;
+/// The part of `wz_max` with which it turns to a line that it lost.
+const SWEEP_RATE: f64 = 0.5;
 /// Two measurements farther apart than this have no rate, s.
-const FRESH: f64 = 0.3;
+const MAX_RATE_INTERVAL: f64 = 0.3;
 
 /// Follows a line on the floor.
 ///
-/// It is ready while its cells see the line, and while it searches a line that it lost: ahead, as at a gap, or
-/// on the side on which it lost it. It stops before what the laser sees, if the import is bound.
+/// It is ready while its cells see the line, and while it searches for a line that it lost: ahead, as at a gap, or on
+/// the side of the loss. If the import of the laser is bound, it stops before obstacles.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "20ms")]
 pub struct Line {
@@ -56,34 +57,21 @@ pub struct Line {
     /// How far it goes ahead to find the line again.
     #[modulation(default = 0.15, unit = "m", min = 0.0)]
     search: Modulation<f64>,
-    /// The outline of the robot.
-    #[modulation(default = Footprint::circle(0.25), fixed)]
-    footprint: Modulation<Footprint>,
-    /// Where the laser is on the base.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
-    mount: Modulation<Pose2D>,
-    /// Distance to keep from what the laser sees.
-    #[modulation(default = 0.05, unit = "m", min = 0.0)]
+    #[ports]
+    robot: RobotBase,
+    /// Distance to keep from everything that the laser sees.
+    #[modulation(default = 0.05, unit = "m", min = 0.0, margin)]
     margin: Modulation<f64>,
     /// Greatest speed.
-    #[modulation(default = 0.2, unit = "m/s", min = 0.0)]
-    fast: Modulation<f64>,
+    #[modulation(default = 0.2, unit = "m/s", min = 0.0, limit, was = "fast")]
+    vx_max: Modulation<f64>,
     /// Greatest turn rate.
-    #[modulation(default = 2.0, unit = "rad/s", min = 0.01)]
-    turn: Modulation<f64>,
-    /// Greatest change of speed of the base.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
-    acceleration: Modulation<f64>,
-    /// Greatest change of turn rate of the base.
-    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
-    turn_acceleration: Modulation<f64>,
+    #[modulation(default = 2.0, unit = "rad/s", min = 0.01, limit, was = "turn")]
+    wz_max: Modulation<f64>,
     /// How far the line is to the left of the middle of the base, where the cells see it; none while they do
     /// not.
     #[export(unit = "m")]
     offset: Export<f64>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
     body: Option<Body>,
     gait: Gait,
     /// Where the line was seen last.
@@ -117,7 +105,7 @@ struct Position {
 
 impl Schema for Line {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
+        self.body = Some(self.robot.body(cx)?);
         self.gait = Gait::Lost;
         self.position = None;
         Ok(())
@@ -135,7 +123,7 @@ impl Schema for Line {
             // It does not turn away from the line to get around something.
             Some(Permit::Turn(..) | Permit::Stay(_) | Permit::Unknown) | None => Twist::ZERO,
         };
-        self.base.command(cx, command);
+        self.robot.base.command(cx, command);
         match (self.gait, self.position) {
             (Gait::Following, Some(position)) => self.offset.write(cx, position.offset),
             _ => self.offset.retract(cx),
@@ -147,10 +135,7 @@ impl Schema for Line {
 /// Refuses a footprint that is no convex area, and a line that is as bright as the floor.
 impl Inspect for Line {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(
-            &self.footprint,
-            Body::new(&self.footprint.get(cx), self.mount.get(cx)),
-        );
+        self.robot.inspect(cx, problems);
         let (line, floor) = (self.line.get(cx), self.floor.get(cx));
         if (line - floor).abs() < CONTRAST {
             problems.wrong(
@@ -185,8 +170,11 @@ impl Line {
         let odometry = self.pose.get(cx);
         let observed = if self.laser.is_bound(cx) {
             let laser = self.laser.get(cx);
-            self.body.as_mut()?.observe(laser.as_deref(), odometry.as_deref())
+            self.body
+                .as_mut()?
+                .observe(cx, laser.as_ref(), odometry.as_ref(), self.robot.motors(cx))
         } else {
+            self.robot.motors(cx)?;
             measured(odometry.as_deref()?)
         };
         let (pose, velocity) = observed?;
@@ -206,7 +194,7 @@ impl Line {
                 let elapsed = time.saturating_sub(before.time).as_secs_f64();
                 match elapsed {
                     0.0 => before.rate,
-                    0.0..FRESH => (offset - before.offset) / elapsed,
+                    0.0..MAX_RATE_INTERVAL => (offset - before.offset) / elapsed,
                     _ => 0.0,
                 }
             });
@@ -231,35 +219,30 @@ impl Line {
     }
 
     fn drive(&mut self, cx: &Context) -> Option<Permit> {
-        let (_, velocity) = self.observe(cx)?;
+        self.observe(cx)?;
         let position = self.position?;
-        let (fast, most) = (self.fast.get(cx), self.turn.get(cx));
+        let (fast, most) = (self.vx_max.get(cx), self.wz_max.get(cx));
         let (speed, turn) = match self.gait {
             Gait::Lost => return None,
             Gait::Following => {
                 let turn = self.gain.get(cx) * position.offset + self.damping.get(cx) * position.rate;
                 let turn = turn.clamp(-most, most);
-                (fast * (1.0 - (1.0 - TURNING) * turn.abs() / most), turn)
+                (fast * (1.0 - (1.0 - TURNING_SPEED) * turn.abs() / most), turn)
             }
-            Gait::Searching(_) if self.is_beside() => (0.0, (SWEEPING * most).copysign(position.offset)),
-            Gait::Searching(_) => (TURNING * fast, 0.0),
+            Gait::Searching(_) if self.is_beside() => (0.0, (SWEEP_RATE * most).copysign(position.offset)),
+            Gait::Searching(_) => (TURNING_SPEED * fast, 0.0),
         };
-        let ability = Ability {
-            acceleration: self.acceleration.get(cx),
-            turn_acceleration: self.turn_acceleration.get(cx),
-            margin: self.margin.get(cx),
-            hold: HOLD,
-        };
+        let ability = self.robot.ability(cx, self.margin.get(cx), HOLD);
         let body = self.body.as_ref()?;
         // The part of the speed from which it still stops before what is ahead.
         let ahead = body.free_ahead(ability.margin).max(0.0);
-        let part = ((2.0 * ability.acceleration * ahead).sqrt() / speed).min(1.0);
+        let part = (ability.dynamics.arrival(ahead) / speed).min(1.0);
         let wanted = if speed > 0.0 {
             Twist::planar(part * speed, part * turn)
         } else {
             Twist::planar(0.0, turn)
         };
-        Some(body.permit(&velocity, wanted, &ability))
+        Some(body.permit(wanted, &ability))
     }
 
     /// Whether the line was last seen near an end of the bar.
@@ -281,13 +264,13 @@ fn locate(sensor: &LineSensor, line: f64, floor: f64) -> Option<(f64, f64)> {
         let dark = ((floor - f64::from(*brightness)) / contrast).clamp(0.0, 1.0);
         darkest = darkest.max(dark);
         reach = reach.max(cell.y.abs());
-        if dark >= FAINT {
+        if dark >= NOISE_DARKNESS {
             sum += dark * cell.y;
             weights += dark;
         }
     }
     let offset = sum / weights;
-    (darkest >= SEEN && offset.is_finite()).then_some((offset, reach))
+    (darkest >= SEEN_DARKNESS && offset.is_finite()).then_some((offset, reach))
 }
 
 #[cfg(test)]

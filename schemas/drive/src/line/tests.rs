@@ -3,21 +3,22 @@
 
 use core::f64::consts::PI;
 
-use jde_motion::{Limits, Travel};
+use jde_motion::{BaseDynamics, Travel};
 use jde_schema::bench::Bench;
-use jde_schema::types::Point2D;
+use jde_schema::types::{Footprint, Point2D};
 
 use super::*;
 use crate::bench::scan;
 
-const LIMITS: Limits = Limits {
+const DYNAMICS: BaseDynamics = BaseDynamics {
     acceleration: 2.5,
     deceleration: 2.5,
     turn_acceleration: 3.2,
     turn_deceleration: 3.2,
+    lag: 0.0,
 };
 /// Half the width of the line, m.
-const HALF: f64 = 0.01;
+const HALF_WIDTH: f64 = 0.01;
 
 /// A small robot with eight cells ahead, and the distance of a point from the middle of the line, m.
 struct Drive {
@@ -33,9 +34,10 @@ impl Drive {
     fn new(pose: Pose2D, line: fn(Point2D) -> f64) -> Self {
         let mut bench = Bench::new();
         bench.unbind("laser");
+        bench.unbind("dynamics");
         bench.set("footprint", Footprint::circle(0.1));
-        bench.set("acceleration", 2.5);
-        bench.set("turn_acceleration", 3.2);
+        bench.set("ax_max", 2.5);
+        bench.set("az_max", 3.2);
         bench.awake().expect("it awakes");
         let travel = Travel {
             pose,
@@ -54,7 +56,7 @@ impl Drive {
     }
 
     fn sense(&mut self) {
-        let Travel { pose, velocity } = self.travel;
+        let Travel { pose, velocity, .. } = self.travel;
         let mut sensor = LineSensor::default();
         for cell in 0..8 {
             let cell = Point2D {
@@ -67,7 +69,7 @@ impl Drive {
                 y: pose.y + sin * cell.x + cos * cell.y,
             };
             // The edge of the line is 5 mm wide for a cell.
-            let dark = ((HALF - (self.line)(seen)) / 0.005 + 0.5).clamp(0.0, 1.0);
+            let dark = ((HALF_WIDTH - (self.line)(seen)) / 0.005 + 0.5).clamp(0.0, 1.0);
             sensor.cells.push(cell).expect("there is room");
             sensor
                 .brightness
@@ -88,7 +90,7 @@ impl Drive {
                 return false;
             }
             let command = command(&mut self.bench);
-            self.travel = self.travel.after(0.05, &command, &LIMITS);
+            self.travel = self.travel.after(0.05, &command, &DYNAMICS);
             self.now += Duration::from_millis(50);
             let Pose2D { x, y, .. } = self.travel.pose;
             self.farthest = self.farthest.max((self.line)(Point2D { x, y }));
@@ -224,7 +226,7 @@ fn it_stops_before_an_obstacle_and_goes_on_when_it_is_gone() {
             drive.bench.import("laser", &scan(walls, &drive.travel.pose));
             drive.sense();
             let command = command(&mut drive.bench);
-            drive.travel = drive.travel.after(0.05, &command, &LIMITS);
+            drive.travel = drive.travel.after(0.05, &command, &DYNAMICS);
             drive.now += Duration::from_millis(50);
         }
         assert!(range.contains(&drive.travel.pose.x), "{:?}", drive.travel.pose);

@@ -10,7 +10,7 @@ impl Panel for Mppi {
             Some(reason) => pen.text(reason),
             None => pen.value("left", self.track.left(), "m"),
         }
-        let (Some(surroundings), Some(pose)) = (&self.surroundings, self.pose.get(cx)) else {
+        let (Some(surroundings), Some(pose)) = (&self.surroundings, self.perception.pose.get(cx)) else {
             return;
         };
         let pose = pose.pose2d();

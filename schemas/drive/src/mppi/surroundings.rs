@@ -1,11 +1,11 @@
 //! What is around the robot: what the laser sees, and for a time what it saw before. Its frame is that of the
 //! odometry, moved to a corner near the robot, so that numbers of 32 bits suffice.
 
-use core::time::Duration;
-
 use jde_grid::{Distances, GeometryError, Ray, RollingGrid};
+use jde_motion::Sweep;
 use jde_mppi::Clearance;
-use jde_schema::types::{LaserScan, Point2D, Pose2D};
+use jde_schema::prelude::*;
+use jde_schema::types::Point2D;
 
 /// Side of a cell, m: about the error of a scanner.
 const RESOLUTION: f64 = 0.05;
@@ -47,13 +47,13 @@ impl Surroundings {
         })
     }
 
-    /// Adds the scan with this number, once, from a sensor at `sensor`.
+    /// Adds a scan once, from a sensor at `mount` on the base.
     pub(super) fn observe(
         &mut self,
         robot: &Pose2D,
-        sensor: &Pose2D,
-        (scan, number): (&LaserScan, u64),
-        now: Duration,
+        scan: &Sample<'_, LaserScan>,
+        sweep: &Sweep,
+        mount: &Pose2D,
     ) -> Result<(), GeometryError> {
         if self
             .last
@@ -62,15 +62,16 @@ impl Surroundings {
             *self = Self::new(self.reach)?;
         }
         self.grid.follow((robot.x, robot.y))?;
-        let last = self.last.replace((*robot, number));
-        if last.is_some_and(|(_, seen)| seen == number) {
+        let last = self.last.replace((*robot, scan.sequence()));
+        if last.is_some_and(|(_, seen)| seen == scan.sequence()) {
             return Ok(());
         }
-        let rays = scan.rays(sensor).map(|(end, hit)| Ray {
+        let sensor = sweep.middle().transform(mount);
+        let rays = sweep.rays(scan, mount).map(|(end, hit)| Ray {
             end: (end.x, end.y),
             hit,
         });
-        self.grid.observe((sensor.x, sensor.y), rays, now);
+        self.grid.observe((sensor.x, sensor.y), rays, scan.time());
         Ok(())
     }
 
@@ -83,15 +84,22 @@ impl Surroundings {
         self.points.clear();
         self.points.extend_from_slice(seen);
         let remembered = self.grid.remembered((robot.x, robot.y), self.reach, now, age);
+        let (sin, cos) = robot.theta.sin_cos();
         self.points.extend(remembered.map(|(x, y)| {
-            let Pose2D { x, y, .. } = robot.localize(&Pose2D::new(x, y, 0.0));
-            Point2D { x, y }
+            let (dx, dy) = (x - robot.x, y - robot.y);
+            Point2D {
+                x: cos * dx + sin * dy,
+                y: cos * dy - sin * dx,
+            }
         }));
         self.occupied.fill(false);
         let width = 2 * self.cells as usize + 1;
         for point in &self.points {
-            let place = robot.transform(&Pose2D::new(point.x, point.y, 0.0));
-            let (column, row) = self.grid.geometry().to_grid((place.x, place.y));
+            let place = (
+                robot.x + cos * point.x - sin * point.y,
+                robot.y + sin * point.x + cos * point.y,
+            );
+            let (column, row) = self.grid.geometry().to_grid(place);
             let (column, row) = (column - self.corner.0, row - self.corner.1);
             let is_inside = |at: f64| (0.0..width as f64).contains(&at);
             if is_inside(column) && is_inside(row) {

@@ -2,6 +2,7 @@
 
 use core::f64::consts::PI;
 
+use jde_motion::BaseDynamics;
 use jde_schema::bench::Bench;
 
 use super::*;
@@ -54,9 +55,41 @@ fn it_goes_around_what_stands_on_its_path() {
 }
 
 #[test]
+fn a_base_that_reacts_late_goes_around_what_stands_on_its_path() {
+    let mut world = world(room((1.8, -0.1), (2.0, 0.1)), &[(0.0, 0.0), (4.0, 0.0)]);
+    world.dynamics = BaseDynamics {
+        acceleration: 2.0,
+        deceleration: 2.0,
+        turn_acceleration: 4.0,
+        turn_deceleration: 4.0,
+        lag: 0.4,
+    };
+    world.bench.import("dynamics", &world.dynamics);
+    world.bench.set("vx_max", 1.0);
+    world.drive_while(30, is_under_way);
+    assert_eq!(mission(&world.bench).state, Mission::DONE, "{:?}", world.travel);
+    assert!(world.clearance > 0.03, "{} m", world.clearance);
+}
+
+#[test]
+fn a_base_that_slows_down_by_less_than_it_speeds_up_stands_at_the_end() {
+    let mut world = world(Vec::new(), &[(0.0, 0.0), (4.0, 0.0)]);
+    world.dynamics = BaseDynamics {
+        acceleration: 2.0,
+        deceleration: 0.3,
+        ..world.dynamics
+    };
+    world.bench.import("dynamics", &world.dynamics);
+    world.bench.set("vx_max", 0.8);
+    world.drive_while(30, is_under_way);
+    world.drive_while(5, |_| true);
+    assert!((world.travel.pose.x - 4.0).abs() < 0.2, "{:?}", world.travel);
+}
+
+#[test]
 fn it_turns_to_the_last_heading_if_that_counts() {
     let mut world = world(Vec::new(), &[]);
-    world.bench.set("heading_tolerance", 0.1);
+    world.bench.set("yaw_goal_tolerance", 0.1);
     let poses = [Pose2D::ORIGIN, Pose2D::new(1.0, 0.0, PI / 2.0)];
     world.bench.set(
         "route",
@@ -67,6 +100,26 @@ fn it_turns_to_the_last_heading_if_that_counts() {
     world.drive_while(30, is_under_way);
     assert_eq!(mission(&world.bench).state, Mission::DONE, "{:?}", world.travel);
     assert!((world.travel.pose.theta - PI / 2.0).abs() < 0.15);
+}
+
+#[test]
+fn a_car_is_at_its_end_with_any_heading() {
+    let mut world = world(Vec::new(), &[]);
+    world.bench.set("min_turning_r", 0.5);
+    let poses = [Pose2D::ORIGIN, Pose2D::new(1.5, 0.0, PI)];
+    world.bench.set(
+        "route",
+        Route {
+            poses: poses.into_iter().collect(),
+        },
+    );
+    world.drive_while(30, is_under_way);
+    assert_eq!(mission(&world.bench).state, Mission::DONE, "{:?}", world.travel);
+    assert!(
+        world.travel.pose.distance_to(&poses[1]) < 0.2,
+        "{:?}",
+        world.travel
+    );
 }
 
 #[test]
@@ -112,7 +165,8 @@ fn what_went_out_of_sight_is_not_forgotten_at_once() {
     world.sense();
     command(&mut world.bench);
     assert!(behind(&world) > 10, "it was seen before");
-    world.bench.set_now(Duration::from_secs(60));
+    world.now = Duration::from_secs(60);
+    world.sense();
     command(&mut world.bench);
     assert_eq!(behind(&world), 0);
 }

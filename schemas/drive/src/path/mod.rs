@@ -5,14 +5,11 @@ mod panel;
 mod pursuit;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Footprint, normalize_angle};
 
-use crate::body::{Ability, Body, Permit};
+use crate::body::{Body, Permit};
+use crate::ports::{PathGoal, PathToFollow, Perception, RobotBase, VelocityLimits};
 use crate::track::Track;
 use pursuit::curvature;
-
-/// Turn rate for a heading error of 1 rad while it turns on the spot, 1/s.
-const GAIN: f64 = 2.0;
 
 /// Follows a path by arcs to a point ahead on it, slower in bends and beside obstacles.
 ///
@@ -22,75 +19,43 @@ const GAIN: f64 = 2.0;
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Path {
-    /// The scan of the laser.
-    #[import(trigger)]
-    laser: Import<LaserScan>,
-    /// The estimated pose and velocity of the robot.
-    #[import]
-    pose: Import<Odometry>,
-    /// The path.
-    #[import(optional)]
-    path: Import<jde_schema::types::Path>,
-    /// The path if the import is not bound.
-    #[modulation(default = Route::EMPTY)]
-    route: Modulation<Route>,
-    /// Distance to the end of the path below which it is reached.
-    #[modulation(default = 0.15, unit = "m", min = 0.01)]
-    tolerance: Modulation<f64>,
-    /// Error of the last heading below which it is reached. The default accepts any heading.
-    #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01)]
-    heading_tolerance: Modulation<f64>,
+    #[ports]
+    perception: Perception,
+    #[ports]
+    path: PathToFollow,
+    #[ports]
+    goal: PathGoal,
     /// Time by which the pursued point is ahead at the present speed.
     #[modulation(default = 1.5, unit = "s", min = 0.0)]
     lookahead_time: Modulation<f64>,
     /// Least distance of the pursued point.
-    #[modulation(default = 0.3, unit = "m", min = 0.01)]
-    lookahead_min: Modulation<f64>,
+    #[modulation(default = 0.3, unit = "m", min = 0.01, was = "lookahead_min")]
+    min_lookahead_dist: Modulation<f64>,
     /// Greatest distance of the pursued point.
-    #[modulation(default = 0.9, unit = "m", min = 0.01)]
-    lookahead_max: Modulation<f64>,
+    #[modulation(default = 0.9, unit = "m", min = 0.01, was = "lookahead_max")]
+    max_lookahead_dist: Modulation<f64>,
     /// Radius of a bend below which it slows in proportion.
-    #[modulation(default = 0.9, unit = "m", min = 0.0)]
-    slow_radius: Modulation<f64>,
+    #[modulation(default = 0.9, unit = "m", min = 0.0, was = "slow_radius")]
+    regulated_linear_scaling_min_radius: Modulation<f64>,
     /// Clearance below which it slows in proportion.
-    #[modulation(default = 0.4, unit = "m", min = 0.0)]
-    slow_clearance: Modulation<f64>,
+    #[modulation(default = 0.4, unit = "m", min = 0.0, was = "slow_clearance")]
+    cost_scaling_dist: Modulation<f64>,
     /// Angle to the pursued point from which it turns on the spot.
-    #[modulation(default = 45_f64.to_radians(), unit = "rad", min = 0.01)]
-    spot: Modulation<f64>,
+    #[modulation(default = 45_f64.to_radians(), unit = "rad", min = 0.01, was = "spot")]
+    rotate_to_heading_min_angle: Modulation<f64>,
     /// Time for which the arc ahead must be free, before the time to stop.
-    #[modulation(default = 1.0, unit = "s", min = 0.3, max = 10.0)]
-    free_time: Modulation<f64>,
-    /// The outline of the robot.
-    #[modulation(default = Footprint::circle(0.25), fixed)]
-    footprint: Modulation<Footprint>,
-    /// Where the laser is on the base.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
-    mount: Modulation<Pose2D>,
+    #[modulation(default = 1.0, unit = "s", min = 0.3, max = 10.0, was = "free_time")]
+    max_allowed_time_to_collision: Modulation<f64>,
+    #[ports]
+    robot: RobotBase,
     /// Distance to keep from obstacles.
-    #[modulation(default = 0.05, unit = "m", min = 0.0)]
+    #[modulation(default = 0.05, unit = "m", min = 0.0, margin)]
     margin: Modulation<f64>,
-    /// Greatest speed.
-    #[modulation(default = 0.4, unit = "m/s", min = 0.0)]
-    fast: Modulation<f64>,
+    #[ports]
+    limits: VelocityLimits,
     /// Least speed of the regulation by bends and clearance.
-    #[modulation(default = 0.1, unit = "m/s", min = 0.0)]
-    slow: Modulation<f64>,
-    /// Greatest turn rate.
-    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01)]
-    turn: Modulation<f64>,
-    /// Greatest change of speed of the base.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
-    acceleration: Modulation<f64>,
-    /// Greatest change of turn rate of the base.
-    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
-    turn_acceleration: Modulation<f64>,
-    /// Done at the end of the path. The distance is the way to it; the note states why the robot stands.
-    #[export(lasting)]
-    mission: Export<Mission>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
+    #[modulation(default = 0.1, unit = "m/s", min = 0.0, was = "slow")]
+    regulated_linear_scaling_min_speed: Modulation<f64>,
     body: Option<Body>,
     track: Track,
     chase: Chase,
@@ -100,7 +65,7 @@ pub struct Path {
 /// What the robot does about its path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Chase {
-    /// There is no path, no pose or no usable scan.
+    /// There is no path, no pose, no usable scan or no dynamics of the base.
     #[default]
     Missing,
     /// It pursues this point, in the frame of the base.
@@ -113,7 +78,7 @@ enum Chase {
 
 impl Schema for Path {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
+        self.body = Some(self.robot.body(cx)?);
         self.track = Track::default();
         Ok(())
     }
@@ -130,9 +95,10 @@ impl Schema for Path {
             // A turn alone would leave the path.
             Some(Permit::Turn(..) | Permit::Stay(_) | Permit::Unknown) | None => Twist::ZERO,
         };
-        self.base.command(cx, twist);
+        self.robot.base.command(cx, twist);
         let note = self.reason().unwrap_or_default();
-        self.mission
+        self.goal
+            .mission
             .write(cx, self.track.mission(self.chase == Chase::Done, &note));
         Ok(())
     }
@@ -141,63 +107,66 @@ impl Schema for Path {
 /// Refuses a footprint that is no convex area.
 impl Inspect for Path {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(
-            &self.footprint,
-            Body::new(&self.footprint.get(cx), self.mount.get(cx)),
-        );
+        self.robot.inspect(cx, problems);
     }
 }
 
 impl Path {
     fn chase(&mut self, cx: &Context) -> Chase {
-        let (laser, odometry) = (self.laser.get(cx), self.pose.get(cx));
+        let (laser, odometry) = (self.perception.laser.get(cx), self.perception.pose.get(cx));
         let observed = self
             .body
             .as_mut()
-            .and_then(|body| body.observe(laser.as_deref(), odometry.as_deref()));
-        let has_track = self.track.follow(cx, &self.path, &self.route);
+            .and_then(|body| body.observe(cx, laser.as_ref(), odometry.as_ref(), self.robot.motors(cx)));
+        let has_track = self.track.follow(cx, &self.path.path, &self.path.route);
         let Some((pose, velocity)) = observed.filter(|_| has_track) else {
             return Chase::Missing;
         };
         let progress = self.track.advance(&pose);
         let track = &self.track;
         let goal = track.goal();
-        let (low, high) = (self.lookahead_min.get(cx), self.lookahead_max.get(cx));
+        let (low, high) = (self.min_lookahead_dist.get(cx), self.max_lookahead_dist.get(cx));
         let speed = velocity.linear.x.abs();
         let lookahead = (speed * self.lookahead_time.get(cx)).min(high).max(low);
         let point = pose.localize(&track.at(progress + lookahead));
         let near_the_end = track.left() <= lookahead;
-        if !near_the_end || pose.distance_to(&goal) > self.tolerance.get(cx) {
+        if !near_the_end || pose.distance_to(&goal) > self.goal.xy_goal_tolerance.get(cx) {
             return Chase::Point(point);
         }
-        let error = normalize_angle(goal.theta - pose.theta);
-        if error.abs() > self.heading_tolerance.get(cx) {
-            Chase::Heading(error)
-        } else {
-            Chase::Done
-        }
+        let turn = self.goal.turn(cx, pose.theta, &goal);
+        turn.map_or(Chase::Done, Chase::Heading)
     }
 
     /// The command without regard to what is in the way; `None` if there is none to give.
     fn wanted(&self, cx: &Context) -> Option<Twist> {
-        let most = self.turn.get(cx);
-        let spot = |angle: f64| Twist::planar(0.0, (GAIN * angle).clamp(-most, most));
+        let most = self.limits.wz_max.get(cx);
         let point = match self.chase {
             Chase::Missing | Chase::Done => return None,
-            Chase::Heading(error) => return Some(spot(error)),
+            Chase::Heading(error) => {
+                return Some(
+                    self.limits
+                        .spot(cx, error, self.goal.min_in_place_vel_theta.get(cx)),
+                );
+            }
             Chase::Point(point) => point,
         };
         let angle = point.y.atan2(point.x);
-        if angle.abs() > self.spot.get(cx) {
-            return Some(spot(angle));
+        if angle.abs() > self.rotate_to_heading_min_angle.get(cx) {
+            return Some(
+                self.limits
+                    .spot(cx, angle, self.goal.min_in_place_vel_theta.get(cx)),
+            );
         }
         let curve = curvature(&point);
-        let (fast, slow) = (self.fast.get(cx), self.slow.get(cx));
+        let (fast, slow) = (
+            self.limits.vx_max.get(cx),
+            self.regulated_linear_scaling_min_speed.get(cx),
+        );
         let clearance = self.body.as_ref()?.clearance();
-        let bend = fast / (curve.abs() * self.slow_radius.get(cx)).max(1.0);
-        let close = fast * clearance / self.slow_clearance.get(cx).max(f64::EPSILON);
+        let bend = fast / (curve.abs() * self.regulated_linear_scaling_min_radius.get(cx)).max(1.0);
+        let close = fast * clearance / self.cost_scaling_dist.get(cx).max(f64::EPSILON);
         let left = self.track.left();
-        let arrival = (2.0 * self.acceleration.get(cx) * left.max(point.x.hypot(point.y))).sqrt();
+        let arrival = self.robot.dynamics(cx).arrival(left.max(point.x.hypot(point.y)));
         let speed = bend.min(close).max(slow).min(fast).min(arrival);
         // Both fall together, so that the arc stays.
         let speed = speed.min(most / curve.abs().max(f64::EPSILON));
@@ -205,20 +174,18 @@ impl Path {
     }
 
     fn permit(&self, cx: &Context, wanted: Twist) -> Option<Permit> {
-        let ability = Ability {
-            acceleration: self.acceleration.get(cx),
-            turn_acceleration: self.turn_acceleration.get(cx),
-            margin: self.margin.get(cx),
-            hold: self.free_time.get(cx),
-        };
-        let velocity = self.pose.get(cx)?.twist.twist;
-        Some(self.body.as_ref()?.permit(&velocity, wanted, &ability))
+        let ability = self.robot.ability(
+            cx,
+            self.margin.get(cx),
+            self.max_allowed_time_to_collision.get(cx),
+        );
+        Some(self.body.as_ref()?.permit(wanted, &ability))
     }
 
     /// Why the robot does not go on; `None` if it does.
     fn reason(&self) -> Option<String> {
         match (self.chase, self.permit) {
-            (Chase::Missing, _) => Some("no path, no pose or no usable scan".into()),
+            (Chase::Missing, _) => Some("no path, pose, usable scan or dynamics of the base".into()),
             (Chase::Done, _) => Some("at the end of the path".into()),
             (Chase::Point(_) | Chase::Heading(_), permit) => permit?.obstacle(),
         }

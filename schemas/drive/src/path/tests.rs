@@ -3,6 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use jde_schema::bench::Bench;
+use jde_schema::types::normalize_angle;
 
 use super::*;
 use crate::bench::{Loop, scan};
@@ -62,7 +63,7 @@ fn it_follows_a_path_with_a_corner_to_its_end() {
 #[test]
 fn it_turns_to_the_last_heading_if_that_counts() {
     let mut world = world(Vec::new(), &[]);
-    world.bench.set("heading_tolerance", 0.05);
+    world.bench.set("yaw_goal_tolerance", 0.05);
     world.bench.set(
         "route",
         Route {

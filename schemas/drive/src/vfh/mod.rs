@@ -5,17 +5,17 @@ mod histogram;
 mod panel;
 
 use jde_schema::prelude::*;
-use jde_schema::types::Footprint;
 
 use crate::body::{Ability, Body, HOLD, Permit};
+use crate::ports::{Perception, RobotBase, VelocityLimits};
 use histogram::{Costs, Free, Histogram, Surroundings};
 
 /// Turn rate for a heading error of 1 rad, 1/s: the error falls to a third in half a second, a few periods.
 const GAIN: f64 = 2.0;
 /// Heading error from which it turns on the spot, rad.
 const SPOT: f64 = 60_f64.to_radians();
-/// The least share of `fast` beside a close obstacle, so that a passage takes a finite time.
-const CREEP: f64 = 0.25;
+/// The least share of `vx_max` beside a close obstacle, so that a passage takes a finite time.
+const MIN_SPEED_SHARE: f64 = 0.25;
 
 /// Drives to the target through the openings between obstacles.
 ///
@@ -24,26 +24,18 @@ const CREEP: f64 = 0.25;
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Vfh {
-    /// The scan of the laser.
-    #[import(trigger)]
-    laser: Import<LaserScan>,
-    /// The estimated pose and velocity of the robot.
-    #[import]
-    pose: Import<Odometry>,
+    #[ports]
+    perception: Perception,
     /// The target.
     #[modulation(default = Target::NONE)]
     target: Modulation<Target>,
     /// Distance to the target below which it stands still.
     #[modulation(default = 0.1, unit = "m", min = 0.0)]
     tolerance: Modulation<f64>,
-    /// The outline of the robot.
-    #[modulation(default = Footprint::circle(0.25), fixed)]
-    footprint: Modulation<Footprint>,
-    /// Where the laser is on the base.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
-    mount: Modulation<Pose2D>,
+    #[ports]
+    robot: RobotBase,
     /// Distance to keep from obstacles.
-    #[modulation(default = 0.1, unit = "m", min = 0.0)]
+    #[modulation(default = 0.1, unit = "m", min = 0.0, margin)]
     margin: Modulation<f64>,
     /// Free distance below which a direction is blocked.
     #[modulation(default = 0.8, unit = "m", min = 0.0)]
@@ -63,21 +55,8 @@ pub struct Vfh {
     /// Cost of an angle to the last chosen direction.
     #[modulation(default = 2.0, min = 0.0)]
     change_cost: Modulation<f64>,
-    /// Greatest speed.
-    #[modulation(default = 0.4, unit = "m/s", min = 0.0)]
-    fast: Modulation<f64>,
-    /// Greatest turn rate.
-    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01)]
-    turn: Modulation<f64>,
-    /// Greatest change of speed of the base.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
-    acceleration: Modulation<f64>,
-    /// Greatest change of turn rate of the base.
-    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
-    turn_acceleration: Modulation<f64>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
+    #[ports]
+    limits: VelocityLimits,
     body: Option<Body>,
     histogram: Histogram,
     /// The directions that were free at the last check.
@@ -91,7 +70,7 @@ pub struct Vfh {
 /// What the histogram says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Steering {
-    /// There is no target, no pose or no usable scan.
+    /// There is no target, no pose, no usable scan or no dynamics of the base.
     #[default]
     Missing,
     /// The target is reached.
@@ -104,7 +83,7 @@ enum Steering {
 
 impl Schema for Vfh {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
+        self.body = Some(self.robot.body(cx)?);
         self.histogram = Histogram::default();
         self.chosen = None;
         Ok(())
@@ -122,26 +101,26 @@ impl Schema for Vfh {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.choice = self.steer(cx);
         let (Steering::Toward(angle), Some(pose), Some(body)) =
-            (self.choice, self.pose.get(cx), self.body.as_ref())
+            (self.choice, self.perception.pose.get(cx), self.body.as_ref())
         else {
             self.chosen = None;
             self.permit = None;
-            self.base.command(cx, Twist::ZERO);
+            self.robot.base.command(cx, Twist::ZERO);
             return Ok(());
         };
         let heading = pose.pose2d().theta;
         self.chosen = Some(jde_schema::types::normalize_angle(heading + angle));
         let distance = self.target_distance(cx, &pose.pose2d()).unwrap_or(0.0);
         let ability = self.ability(cx);
-        let turn = self.turn.get(cx);
+        let turn = self.limits.wz_max.get(cx);
         // The speed from which the base still stops at the target.
-        let arrival = (2.0 * ability.acceleration * distance).sqrt();
-        let closeness = (body.clearance() / self.near.get(cx).max(f64::EPSILON)).clamp(CREEP, 1.0);
+        let arrival = ability.dynamics.arrival(distance);
+        let closeness = (body.clearance() / self.near.get(cx).max(f64::EPSILON)).clamp(MIN_SPEED_SHARE, 1.0);
         let straightness = (1.0 - angle.abs() / SPOT).max(0.0);
-        let speed = (self.fast.get(cx) * closeness * straightness).min(arrival);
+        let speed = (self.limits.vx_max.get(cx) * closeness * straightness).min(arrival);
         let wanted = Twist::planar(speed, (GAIN * angle).clamp(-turn, turn));
-        let permit = body.permit(&pose.twist.twist, wanted, &ability);
-        self.base.command(cx, permit.twist());
+        let permit = body.permit(wanted, &ability);
+        self.robot.base.command(cx, permit.twist());
         self.permit = Some(permit);
         Ok(())
     }
@@ -150,20 +129,17 @@ impl Schema for Vfh {
 /// Refuses a footprint that is no convex area.
 impl Inspect for Vfh {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(
-            &self.footprint,
-            Body::new(&self.footprint.get(cx), self.mount.get(cx)),
-        );
+        self.robot.inspect(cx, problems);
     }
 }
 
 impl Vfh {
     fn steer(&mut self, cx: &Context) -> Steering {
-        let (laser, odometry) = (self.laser.get(cx), self.pose.get(cx));
+        let (laser, odometry) = (self.perception.laser.get(cx), self.perception.pose.get(cx));
         let Some(body) = self.body.as_mut() else {
             return Steering::Missing;
         };
-        let observed = body.observe(laser.as_deref(), odometry.as_deref());
+        let observed = body.observe(cx, laser.as_ref(), odometry.as_ref(), self.robot.motors(cx));
         let (Some((pose, velocity)), Some(target)) = (observed, self.target.get(cx).get()) else {
             return Steering::Missing;
         };
@@ -179,7 +155,7 @@ impl Vfh {
             enlargement: body.reach() + self.margin.get(cx),
             near,
             far: near + self.hysteresis.get(cx),
-            turn_radius: velocity.linear.x.abs() / self.turn.get(cx),
+            turn_radius: velocity.linear.x.abs() / self.limits.wz_max.get(cx),
         });
         let costs = Costs {
             target: self.target_cost.get(cx),
@@ -200,12 +176,7 @@ impl Vfh {
     }
 
     fn ability(&self, cx: &Context) -> Ability {
-        Ability {
-            acceleration: self.acceleration.get(cx),
-            turn_acceleration: self.turn_acceleration.get(cx),
-            margin: self.margin.get(cx) / 2.0,
-            hold: HOLD,
-        }
+        self.robot.ability(cx, self.margin.get(cx) / 2.0, HOLD)
     }
 }
 

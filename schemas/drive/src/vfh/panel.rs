@@ -8,14 +8,14 @@ impl Panel for Vfh {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         let reason = self.permit.as_ref().and_then(|permit| permit.obstacle());
         match (self.choice, reason) {
-            (Steering::Missing, _) => pen.text("No target, no pose or no usable scan"),
+            (Steering::Missing, _) => pen.text("No target, pose, usable scan or dynamics of the base"),
             (Steering::Arrived, _) => pen.text("At the target"),
             (Steering::Enclosed, _) => pen.text("No direction is free"),
             (Steering::Toward(_), Some(reason)) => pen.text(&reason),
             (Steering::Toward(angle), None) => pen.value("direction", angle, "rad"),
         }
         let Some(body) = &self.body else { return };
-        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        let pose = self.perception.pose.get(cx).map(|odometry| odometry.pose2d());
         let canvas = pen.canvas("around").forward_up();
         canvas.area((-2.0, -2.0), (4.0, 2.0)).show(|area| {
             area.points(body.points().iter().map(|point| (point.x, point.y)))

@@ -4,7 +4,7 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use jde_schema::bench::Bench;
-use jde_schema::types::{Point2D, Seq};
+use jde_schema::types::{Footprint, Point2D, Seq};
 
 use super::*;
 use crate::bench::{Loop, Wall, room, scan};
@@ -112,6 +112,7 @@ fn enclosed_on_all_sides_there_is_no_direction() {
 /// A robot at the origin with a target ahead.
 fn bench() -> Bench<Vfh> {
     let mut bench = Bench::new();
+    bench.unbind("dynamics");
     bench.awake().expect("it awakes");
     bench.import("laser", &scan(&[], &Pose2D::ORIGIN));
     bench.import(
@@ -241,5 +242,8 @@ fn the_panel_states_why_it_does_not_drive() {
     bench.set("target", Target::NONE);
     bench.check().expect("the check succeeds");
     let panel = bench.draw().expect("the panel is drawn");
-    assert_eq!(panel.texts(), ["No target, no pose or no usable scan"]);
+    assert_eq!(
+        panel.texts(),
+        ["No target, pose, usable scan or dynamics of the base"]
+    );
 }

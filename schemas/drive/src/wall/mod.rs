@@ -3,9 +3,10 @@
 //! turns at inner corners, and goes around outer ones, so that it enters open doors on its side.
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Footprint, Point2D, normalize_angle};
+use jde_schema::types::{Point2D, normalize_angle};
 
-use crate::body::{Ability, Body, HOLD, Permit};
+use crate::body::{Body, HOLD, Permit};
+use crate::ports::{Perception, RobotBase};
 
 /// Turn rate for an angle of 1 rad between the wall and the heading, 1/s.
 const ALIGN: f64 = 1.5;
@@ -14,8 +15,8 @@ const ALIGN: f64 = 1.5;
 const APPROACH: f64 = 1.3;
 /// How far ahead of the side a point still belongs to the wall, rad. What is more ahead is an obstacle.
 const SIDE: f64 = 45_f64.to_radians();
-/// The part of `fast` that is left while it turns at full rate, or goes around a corner.
-const TURNING: f64 = 0.4;
+/// The part of `vx_max` that is left while it turns at full rate, or goes around a corner.
+const TURNING_SPEED: f64 = 0.4;
 
 /// Follows the wall on one side at a distance.
 ///
@@ -24,12 +25,8 @@ const TURNING: f64 = 0.4;
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Wall {
-    /// The scan of the laser.
-    #[import(trigger)]
-    laser: Import<LaserScan>,
-    /// The estimated pose and velocity of the robot.
-    #[import]
-    pose: Import<Odometry>,
+    #[ports]
+    perception: Perception,
     /// The side on which the wall is.
     #[modulation(default = Side::Right)]
     side: Modulation<Side>,
@@ -39,30 +36,17 @@ pub struct Wall {
     /// Free way ahead of the body below which it turns away from the wall.
     #[modulation(default = 0.4, unit = "m", min = 0.0)]
     near: Modulation<f64>,
-    /// The outline of the robot.
-    #[modulation(default = Footprint::circle(0.25), fixed)]
-    footprint: Modulation<Footprint>,
-    /// Where the laser is on the base.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
-    mount: Modulation<Pose2D>,
+    #[ports]
+    robot: RobotBase,
     /// Distance to keep from everything in any case.
-    #[modulation(default = 0.05, unit = "m", min = 0.0)]
+    #[modulation(default = 0.05, unit = "m", min = 0.0, margin)]
     margin: Modulation<f64>,
     /// Greatest speed.
-    #[modulation(default = 0.3, unit = "m/s", min = 0.0)]
-    fast: Modulation<f64>,
+    #[modulation(default = 0.3, unit = "m/s", min = 0.0, limit, was = "fast")]
+    vx_max: Modulation<f64>,
     /// Greatest turn rate.
-    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01)]
-    turn: Modulation<f64>,
-    /// Greatest change of speed of the base.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
-    acceleration: Modulation<f64>,
-    /// Greatest change of turn rate of the base.
-    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
-    turn_acceleration: Modulation<f64>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
+    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01, limit, was = "turn")]
+    wz_max: Modulation<f64>,
     body: Option<Body>,
     gait: Gait,
     permit: Option<Permit>,
@@ -99,7 +83,7 @@ enum Gait {
 
 impl Schema for Wall {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
+        self.body = Some(self.robot.body(cx)?);
         self.gait = Gait::Searching;
         Ok(())
     }
@@ -110,7 +94,8 @@ impl Schema for Wall {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.permit = self.drive(cx);
-        self.base
+        self.robot
+            .base
             .command(cx, self.permit.map_or(Twist::ZERO, |permit| permit.twist()));
         Ok(())
     }
@@ -119,10 +104,7 @@ impl Schema for Wall {
 /// Refuses a footprint that is no convex area.
 impl Inspect for Wall {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(
-            &self.footprint,
-            Body::new(&self.footprint.get(cx), self.mount.get(cx)),
-        );
+        self.robot.inspect(cx, problems);
     }
 }
 
@@ -145,42 +127,39 @@ impl Panel for Wall {
 
 impl Wall {
     fn observe(&mut self, cx: &Context) -> Option<(Pose2D, Twist)> {
-        let (laser, pose) = (self.laser.get(cx), self.pose.get(cx));
-        self.body.as_mut()?.observe(laser.as_deref(), pose.as_deref())
+        let (laser, pose) = (self.perception.laser.get(cx), self.perception.pose.get(cx));
+        self.body
+            .as_mut()?
+            .observe(cx, laser.as_ref(), pose.as_ref(), self.robot.motors(cx))
     }
 
     fn drive(&mut self, cx: &Context) -> Option<Permit> {
-        let (pose, velocity) = self.observe(cx)?;
+        let (pose, _) = self.observe(cx)?;
         let margin = self.margin.get(cx);
         let ahead = self.body.as_ref()?.free_ahead(margin);
         let wall = self.wall(cx);
         self.gait = self.next(cx, ahead, wall, pose.theta);
-        let (fast, most) = (self.fast.get(cx), self.turn.get(cx));
+        let (fast, most) = (self.vx_max.get(cx), self.wz_max.get(cx));
         // A positive turn leads away from the wall.
         let (speed, away) = match self.gait {
             Gait::Searching => (fast, 0.0),
             Gait::Turning => (0.0, most),
             Gait::Rounding { .. } => {
                 let radius = self.distance.get(cx) + self.body.as_ref()?.reach();
-                (TURNING * fast, -(TURNING * fast / radius).min(most))
+                (TURNING_SPEED * fast, -(TURNING_SPEED * fast / radius).min(most))
             }
             Gait::Following => {
                 let (angle, distance) = wall?;
                 let error = distance - self.distance.get(cx);
                 let turn = (ALIGN * angle - APPROACH * error).clamp(-most, most);
-                (fast * (1.0 - (1.0 - TURNING) * turn.abs() / most), turn)
+                (fast * (1.0 - (1.0 - TURNING_SPEED) * turn.abs() / most), turn)
             }
         };
         // The speed from which it still stops before what is ahead.
-        let speed = speed.min((2.0 * self.acceleration.get(cx) * ahead.max(0.0)).sqrt());
-        let ability = Ability {
-            acceleration: self.acceleration.get(cx),
-            turn_acceleration: self.turn_acceleration.get(cx),
-            margin,
-            hold: HOLD,
-        };
+        let speed = speed.min(self.robot.dynamics(cx).arrival(ahead));
+        let ability = self.robot.ability(cx, margin, HOLD);
         let wanted = Twist::planar(speed, self.left(cx) * -away);
-        Some(self.body.as_ref()?.permit(&velocity, wanted, &ability))
+        Some(self.body.as_ref()?.permit(wanted, &ability))
     }
 
     fn next(&self, cx: &Context, ahead: f64, wall: Option<(f64, f64)>, heading: f64) -> Gait {

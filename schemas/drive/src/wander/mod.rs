@@ -2,41 +2,44 @@
 //! place in particular and covers no area for certain.
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Footprint, normalize_angle};
+use jde_schema::types::normalize_angle;
 
-use crate::body::{Ability, Body, HOLD, Permit};
+use crate::body::{Body, HOLD, Permit};
+use crate::ports::{Perception, RobotBase};
 
 /// The least turn before an obstacle, rad. It leaves the direction that was blocked.
 const LEAST_TURN: f64 = 30_f64.to_radians();
 /// The greatest random part on top of it, rad, so that the robot does not go to and fro between two walls.
 const RANDOM_TURN: f64 = 90_f64.to_radians();
-/// Share of `fast` at the distance from which it turns, so that it does not brake at once there.
-const CREEP: f64 = 0.25;
+/// Share of `vx_max` at the distance from which it turns, so that it does not brake at once there.
+const MIN_SPEED_SHARE: f64 = 0.25;
 
 /// Drives straight until something is near, and turns toward the freer side by an angle with a random part.
 ///
-/// It is ready while it has a pose, a scan that measures something, and no value of `known`. The random part comes from the
-/// application's seed. A robot without a free way turns on.
+/// It is ready while it has a pose, a scan that measures something, and no value of `known` for `patience`; with the imports
+/// `mission` and `state`, only while the mission runs and `state` has a value. The random part comes from the application's
+/// seed. A robot without a free way turns on.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Wander {
-    /// The scan of the laser.
-    #[import(trigger)]
-    laser: Import<LaserScan>,
-    /// The estimated pose and velocity of the robot.
-    #[import]
-    pose: Import<Odometry>,
+    #[ports]
+    perception: Perception,
     /// The place on a map. While it is known there is nothing to look for.
     #[import(optional)]
     known: Import<Odometry>,
-    /// The outline of the robot.
-    #[modulation(default = Footprint::circle(0.25), fixed)]
-    footprint: Modulation<Footprint>,
-    /// Where the laser is on the base.
-    #[modulation(default = Pose2D::ORIGIN, fixed)]
-    mount: Modulation<Pose2D>,
+    /// The state of the localizer. If it is bound, the robot stands while the localizer is stopped or faulted.
+    #[import(optional)]
+    state: Import<Text<160>>,
+    /// The mission that needs the place. If it is bound, the robot stands when the mission is done.
+    #[import(optional)]
+    mission: Import<Mission>,
+    /// Time without `known` after which it drives.
+    #[modulation(default = 0.0, unit = "s", min = 0.0, max = 3600.0)]
+    patience: Modulation<f64>,
+    #[ports]
+    robot: RobotBase,
     /// Distance to keep from obstacles, also beside the robot.
-    #[modulation(default = 0.1, unit = "m", min = 0.0)]
+    #[modulation(default = 0.1, unit = "m", min = 0.0, margin)]
     margin: Modulation<f64>,
     /// Free way ahead of the body below which it turns.
     #[modulation(default = 0.5, unit = "m", min = 0.0)]
@@ -45,24 +48,17 @@ pub struct Wander {
     #[modulation(default = 1.5, unit = "m", min = 0.0)]
     far: Modulation<f64>,
     /// Greatest speed.
-    #[modulation(default = 0.4, unit = "m/s", min = 0.0)]
-    fast: Modulation<f64>,
+    #[modulation(default = 0.4, unit = "m/s", min = 0.0, limit, was = "fast")]
+    vx_max: Modulation<f64>,
     /// Turn rate on the spot.
-    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01)]
-    turn: Modulation<f64>,
-    /// Greatest change of speed of the base.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01)]
-    acceleration: Modulation<f64>,
-    /// Greatest change of turn rate of the base.
-    #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
-    turn_acceleration: Modulation<f64>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
+    #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.01, limit, was = "turn")]
+    wz_max: Modulation<f64>,
     body: Option<Body>,
     random: Option<fastrand::Rng>,
     gait: Gait,
     permit: Option<Permit>,
+    /// Since when the place has not been known.
+    unknown_since: Option<Duration>,
 }
 
 /// What the robot does.
@@ -88,20 +84,21 @@ struct Turn {
 
 impl Schema for Wander {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
+        self.body = Some(self.robot.body(cx)?);
         self.random
             .get_or_insert_with(|| fastrand::Rng::with_seed(cx.seed()));
-        self.gait = Gait::Straight;
+        (self.gait, self.unknown_since) = (Gait::Straight, None);
         Ok(())
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok((self.known.get(cx).is_none() && self.observe(cx).is_some()).into())
+        Ok((self.is_needed(cx) && self.observe(cx).is_some()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.permit = self.drive(cx);
-        self.base
+        self.robot
+            .base
             .command(cx, self.permit.map_or(Twist::ZERO, |permit| permit.twist()));
         Ok(())
     }
@@ -110,10 +107,7 @@ impl Schema for Wander {
 /// Refuses a footprint that is no convex area.
 impl Inspect for Wander {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(
-            &self.footprint,
-            Body::new(&self.footprint.get(cx), self.mount.get(cx)),
-        );
+        self.robot.inspect(cx, problems);
     }
 }
 
@@ -138,13 +132,30 @@ impl Panel for Wander {
 }
 
 impl Wander {
+    /// Whether there is something to look for.
+    fn is_needed(&mut self, cx: &Context) -> bool {
+        if self.known.get(cx).is_some() {
+            self.unknown_since = None;
+            return false;
+        }
+        let since = *self.unknown_since.get_or_insert(cx.now());
+        let is_localized = !self.state.is_bound(cx) || self.state.get(cx).is_some();
+        let mission = self.mission.get(cx);
+        let is_wanted =
+            !self.mission.is_bound(cx) || mission.is_some_and(|mission| mission.state == Mission::RUNNING);
+        let patience = Duration::from_secs_f64(self.patience.get(cx));
+        is_localized && is_wanted && cx.now().saturating_sub(since) >= patience
+    }
+
     fn observe(&mut self, cx: &Context) -> Option<(Pose2D, Twist)> {
-        let (laser, pose) = (self.laser.get(cx), self.pose.get(cx));
-        self.body.as_mut()?.observe(laser.as_deref(), pose.as_deref())
+        let (laser, pose) = (self.perception.laser.get(cx), self.perception.pose.get(cx));
+        self.body
+            .as_mut()?
+            .observe(cx, laser.as_ref(), pose.as_ref(), self.robot.motors(cx))
     }
 
     fn drive(&mut self, cx: &Context) -> Option<Permit> {
-        let (Pose2D { theta: heading, .. }, velocity) = self.observe(cx)?;
+        let (Pose2D { theta: heading, .. }, _) = self.observe(cx)?;
         let (margin, near, far) = (self.margin.get(cx), self.near.get(cx), self.far.get(cx));
         let ahead = self.body.as_ref()?.free_ahead(margin);
         // To go straight again takes more room than to turn, or noise at `near` would make it stutter.
@@ -156,17 +167,12 @@ impl Wander {
         let wanted = match self.gait {
             Gait::Straight => {
                 let room = (ahead - near) / (far - near).max(f64::EPSILON);
-                Twist::planar(self.fast.get(cx) * room.clamp(CREEP, 1.0), 0.0)
+                Twist::planar(self.vx_max.get(cx) * room.clamp(MIN_SPEED_SHARE, 1.0), 0.0)
             }
-            Gait::Turning(turn) => Twist::planar(0.0, turn.side * self.turn.get(cx)),
+            Gait::Turning(turn) => Twist::planar(0.0, turn.side * self.wz_max.get(cx)),
         };
-        let ability = Ability {
-            acceleration: self.acceleration.get(cx),
-            turn_acceleration: self.turn_acceleration.get(cx),
-            margin: margin / 2.0,
-            hold: HOLD,
-        };
-        let permit = self.body.as_ref()?.permit(&velocity, wanted, &ability);
+        let ability = self.robot.ability(cx, margin / 2.0, HOLD);
+        let permit = self.body.as_ref()?.permit(wanted, &ability);
         if self.gait == Gait::Straight && permit.obstacle().is_some() {
             self.gait = self.begin_turn(heading);
         }

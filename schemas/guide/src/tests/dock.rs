@@ -14,12 +14,16 @@ fn it_docks_from_a_low_charge_until_a_high_one() {
         (child.as_deref(), reason.as_str()),
         (Some("approach"), "the battery is at 24 %")
     );
-    assert_eq!(test.target("dock_target"), Some(FAR));
+    assert_eq!(test.target("dock_target"), Some(FAR_POSE));
     test.mission("approached", Mission::DONE, "");
     test.step();
-    assert_eq!(test.target("dock_target"), Some(NEAR));
+    assert_eq!(test.target("dock_target"), Some(NEAR_POSE));
     test.step();
-    assert_eq!(test.target("dock_target"), Some(NEAR), "that was another place");
+    assert_eq!(
+        test.target("dock_target"),
+        Some(NEAR_POSE),
+        "that was another place"
+    );
     test.mission("approached", Mission::FAILED, "it came no nearer");
     test.step();
     assert_eq!((test.awake(), test.target("dock_target")), (vec!["dock"], None));
@@ -31,7 +35,7 @@ fn it_docks_from_a_low_charge_until_a_high_one() {
     test.charge(0.91);
     assert_eq!(test.awake(), ["patrol"]);
     test.charge(0.24);
-    assert_eq!(test.target("dock_target"), Some(FAR), "from the beginning");
+    assert_eq!(test.target("dock_target"), Some(FAR_POSE), "from the beginning");
 }
 
 #[test]
@@ -46,7 +50,7 @@ fn without_the_tag_it_comes_to_the_dock_anew() {
     test.steps(45);
     assert_eq!(test.awake(), ["dock"], "it waits for a sight");
     test.steps(10);
-    assert_eq!(test.target("dock_target"), Some(FAR));
+    assert_eq!(test.target("dock_target"), Some(FAR_POSE));
 }
 
 #[test]
@@ -62,7 +66,7 @@ fn a_dock_that_does_not_charge_is_driven_to_anew() {
     test.steps(45);
     assert_eq!(test.awake(), ["dock"]);
     test.steps(10);
-    assert_eq!(test.target("dock_target"), Some(FAR));
+    assert_eq!(test.target("dock_target"), Some(FAR_POSE));
     assert!(test.has_logged("does not charge"), "{:?}", test.bench.log());
 }
 

@@ -9,8 +9,8 @@ use jde_schema::types::{ColorBlob, Person, Point2D};
 
 use super::*;
 
-const FAR: Pose2D = Pose2D::new(2.5, 4.7, 0.0);
-const NEAR: Pose2D = Pose2D::new(1.6, 4.7, 0.0);
+const FAR_POSE: Pose2D = Pose2D::new(2.5, 4.7, 0.0);
+const NEAR_POSE: Pose2D = Pose2D::new(1.6, 4.7, 0.0);
 const KITCHEN: Pose2D = Pose2D::new(9.0, 7.2, 0.0);
 
 struct Test {
@@ -28,7 +28,7 @@ impl Test {
         let rooms = [room("kitchen", KITCHEN), room("lab", Pose2D::new(2.6, 1.6, 0.0))];
         let rooms = Seq::from_slice(&rooms).expect("they fit");
         bench.set("rooms", Rooms { rooms });
-        let poses = Seq::from_slice(&[FAR, NEAR]).expect("they fit");
+        let poses = Seq::from_slice(&[FAR_POSE, NEAR_POSE]).expect("they fit");
         bench.set("station", Route { poses });
         bench.import("odometry", &Odometry::default());
         Self {
@@ -282,9 +282,9 @@ fn what_became_of_another_place_is_not_what_became_of_this_one() {
     test.step();
     assert_eq!(test.target("room_target"), Some(KITCHEN));
     test.charge(0.1);
-    test.mission_at("approached", Mission::DONE, "", NEAR);
+    test.mission_at("approached", Mission::DONE, "", NEAR_POSE);
     test.step();
-    assert_eq!(test.target("dock_target"), Some(FAR));
+    assert_eq!(test.target("dock_target"), Some(FAR_POSE));
 }
 
 #[test]

@@ -3,17 +3,19 @@
 mod filter;
 mod panel;
 
-use jde_motion::{Frozen, arc, check_time, is_jump, jumped};
+use jde_motion::{Frozen, OdometryHistory, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections};
 use jde_vision::CameraMount;
 
+use crate::ports::{LocalizedPose, PoseLimits};
+
 use filter::{Errors, Estimate, Seen};
 
 /// A motion after which tags that are the same to the bit are no new ones, m and rad: no camera sees the same twice.
-const UNCHANGED: f64 = 0.001;
+const REPEAT_MOTION: f64 = 0.001;
 /// The least part of a direction's weight that an ambiguity leaves.
-const AMBIGUOUS: f64 = 0.02;
+const AMBIGUOUS_WEIGHT: f64 = 0.02;
 /// How many sightings in a row that do not fit mean that the robot is elsewhere.
 const MISFITS: u32 = 10;
 
@@ -76,14 +78,14 @@ pub struct Tags {
     #[modulation(default = 0.04, unit = "rad", min = 0.0001)]
     facing_deviation: Modulation<f64>,
     /// Standard deviation of the heading of the odometry after a turn by 1 rad; like the others, it grows with the root.
-    #[modulation(default = 0.05, unit = "rad", min = 0.0, max = 10.0)]
-    turn_by_turn: Modulation<f64>,
+    #[modulation(default = 0.05, unit = "rad", min = 0.0, max = 10.0, was = "turn_by_turn")]
+    rotation_noise_from_rotation: Modulation<f64>,
     /// Standard deviation of the heading of the odometry after 1 m.
-    #[modulation(default = 0.03, unit = "rad", min = 0.0, max = 10.0)]
-    turn_by_way: Modulation<f64>,
+    #[modulation(default = 0.03, unit = "rad", min = 0.0, max = 10.0, was = "turn_by_way")]
+    rotation_noise_from_translation: Modulation<f64>,
     /// Standard deviation of the way of the odometry after 1 m.
-    #[modulation(default = 0.05, unit = "m", min = 0.0, max = 10.0)]
-    way_by_way: Modulation<f64>,
+    #[modulation(default = 0.05, unit = "m", min = 0.0, max = 10.0, was = "way_by_way")]
+    translation_noise_from_translation: Modulation<f64>,
     /// Standard deviation of the share by which ways and turns of the odometry are too short or too long. The share is
     /// estimated.
     #[modulation(default = 0.01, min = 0.0, max = 1.0)]
@@ -92,24 +94,10 @@ pub struct Tags {
     /// other. The turn is estimated.
     #[modulation(default = 0.05, unit = "rad/m", min = 0.0, max = 10.0)]
     drift_deviation: Modulation<f64>,
-    /// Greatest standard deviation of a position that is sure.
-    #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
-    sure_deviation: Modulation<f64>,
-    /// Greatest standard deviation of a heading that is sure.
-    #[modulation(default = 0.2, unit = "rad", min = 0.0, max = 3.15)]
-    sure_heading_deviation: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
-    #[modulation(default = 1.0, unit = "m", min = 0.3)]
-    jump: Modulation<f64>,
-    /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
-    #[export]
-    pose: Export<Odometry>,
-    /// The pose of the odometry's frame in that of the map (REP-105), while the pose is sure.
-    #[export]
-    correction: Export<PoseStamped>,
-    /// How sure the pose is, in words.
-    #[export]
-    state: Export<Text<160>>,
+    #[ports]
+    limits: PoseLimits,
+    #[ports]
+    place: LocalizedPose,
     estimate: Option<Estimate>,
     /// The last pose of the odometry.
     last: Option<Pose2D>,
@@ -122,6 +110,7 @@ pub struct Tags {
     frozen: Frozen,
     /// Why the last picture says nothing.
     late: Option<String>,
+    history: OdometryHistory,
     /// Sightings in a row that did not fit.
     misfits: u32,
     /// The words of the last iteration.
@@ -137,21 +126,21 @@ impl Schema for Tags {
     }
 
     fn sleep(&mut self, cx: &Context) {
-        self.pose.retract(cx);
-        self.correction.retract(cx);
-        self.state.retract(cx);
+        self.place.pose.retract(cx);
+        self.place.correction.retract(cx);
+        self.place.state.retract(cx);
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.words = match self.localize(cx) {
             Ok(words) => words,
             Err(words) => {
-                self.pose.retract(cx);
-                self.correction.retract(cx);
+                self.place.pose.retract(cx);
+                self.place.correction.retract(cx);
                 words
             }
         };
-        self.state.write(cx, Text::truncated(&self.words));
+        self.place.state.write(cx, Text::truncated(&self.words));
         Ok(())
     }
 }
@@ -194,8 +183,8 @@ impl Tags {
         })?;
         let [deviation, heading] = estimate.deviations();
         let words = format!("{deviation:.2} m and {:.1} degrees", heading.to_degrees());
-        let is_sure =
-            deviation <= self.sure_deviation.get(cx) && heading <= self.sure_heading_deviation.get(cx);
+        let is_sure = deviation <= self.limits.sure_deviation.get(cx)
+            && heading <= self.limits.sure_heading_deviation.get(cx);
         if !is_sure {
             return Err(format!("not sure: it may be off by {words}"));
         }
@@ -210,9 +199,9 @@ impl Tags {
             pose: PoseWithCovariance::planar(estimate.pose, &covariance),
             ..*odometry
         };
-        self.pose.write_at(cx, exported, odometry.time());
+        self.place.pose.write_at(cx, exported, odometry.time());
         let correction = estimate.pose.transform(&measured.localize(&Pose2D::ORIGIN));
-        self.correction.write_at(
+        self.place.correction.write_at(
             cx,
             PoseStamped {
                 header,
@@ -225,7 +214,7 @@ impl Tags {
 
     /// Moves the pose by a step of the odometry; a jump says nothing about where the robot is.
     fn advance(&mut self, cx: &Context, from: &Pose2D, to: &Pose2D) {
-        if is_jump(from, to, self.jump.get(cx)) {
+        if is_jump(from, to, self.limits.jump.get(cx)) {
             warn!(cx, "{}", jumped(from, to));
             self.frozen.jump(from, to);
             self.forget();
@@ -233,11 +222,14 @@ impl Tags {
         }
         let step = from.localize(to);
         let way = step.x.hypot(step.y);
-        let turn = (self.turn_by_turn.get(cx).powi(2) * step.theta.abs()
-            + self.turn_by_way.get(cx).powi(2) * way)
+        let turn = (self.rotation_noise_from_rotation.get(cx).powi(2) * step.theta.abs()
+            + self.rotation_noise_from_translation.get(cx).powi(2) * way)
             .sqrt();
         if let Some(estimate) = &mut self.estimate {
-            estimate.advance(&step, [self.way_by_way.get(cx) * way.sqrt(), turn]);
+            estimate.advance(
+                &step,
+                [self.translation_noise_from_translation.get(cx) * way.sqrt(), turn],
+            );
         }
     }
 
@@ -249,22 +241,24 @@ impl Tags {
 
     /// Takes what is new of the tags.
     fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
+        self.history.add(odometry.time(), odometry);
         let Some(tags) = self.tags.get(cx) else { return };
         if self.seen.replace(tags.sequence()) == Some(tags.sequence()) {
             return;
         }
         let differs = !bytes(&tags.tags).eq(bytes(&self.last_tags));
         self.last_tags = tags.tags;
-        if self.frozen.is_frozen(differs, &odometry.pose2d(), UNCHANGED) {
+        if self.frozen.is_frozen(differs, &odometry.pose2d(), REPEAT_MOTION) {
             return;
         }
         // Where the base was when the picture was taken, as the base sees it now.
-        let since = tags.time().as_secs_f64() - odometry.time().as_secs_f64();
-        self.late = check_time("pictures", since).err();
-        if self.late.is_some() {
-            return;
-        }
-        let then = arc(&odometry.twist.twist, since);
+        let base = self.history.base("pictures", tags.time(), cx.now());
+        let then = base.map(|base| odometry.pose2d().localize(&base));
+        let then = match then {
+            Ok(then) => then,
+            Err(words) => return self.late = Some(words),
+        };
+        self.late = None;
         let places = self.places.get(cx);
         for tag in tags.tags.iter() {
             let Some(place) = places.tags.iter().find(|place| place.id == u64::from(tag.id)) else {
@@ -298,7 +292,7 @@ impl Tags {
         let pose = then.transform(&mount.facing(&tag.pose));
         let square = pose.x * pose.x + pose.y * pose.y;
         // An ambiguous direction may be any: straight before a tag, all are ambiguous.
-        let clear = (1.0 - tag.ambiguity).max(AMBIGUOUS);
+        let clear = (1.0 - tag.ambiguity).max(AMBIGUOUS_WEIGHT);
         let [range, facing] = [&self.range_deviation, &self.facing_deviation]
             .map(|deviation| deviation.get(cx) * square.max(0.1));
         Seen {

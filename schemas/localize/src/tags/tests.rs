@@ -246,12 +246,9 @@ fn pictures_that_come_late_are_named() {
         let tags = (0..).zip(PLACES).filter_map(|(id, place)| room.tag(id, &place));
         room.seen.tags = tags.collect();
         room.bench.import("tags", &room.seen);
-        room.step += 11;
+        room.step += 23;
         room.step(false);
-        assert_eq!(
-            room.state(),
-            "no tag was seen yet: the pictures are 0.6 s older than the odometry"
-        );
+        assert_eq!(room.state(), "no tag was seen yet: the pictures are 1.2 s old");
     }
 }
 

@@ -12,14 +12,14 @@ use super::Mcl;
 use jde_schema::prelude::*;
 
 /// The sides of the room, m.
-const WIDE: f64 = 5.0;
-const HIGH: f64 = 3.6;
+const ROOM_WIDTH: f64 = 5.0;
+const ROOM_HEIGHT: f64 = 3.6;
 /// A pillar makes every place different: its lower left corner and its side, m.
 const PILLAR: (f64, f64, f64) = (3.4, 0.6, 0.8);
 const RESOLUTION: f64 = 0.1;
 
 fn is_occupied(x: f64, y: f64) -> bool {
-    let is_inside = x > 0.0 && y > 0.0 && x < WIDE && y < HIGH;
+    let is_inside = x > 0.0 && y > 0.0 && x < ROOM_WIDTH && y < ROOM_HEIGHT;
     let (left, low, side) = PILLAR;
     !is_inside || ((left..left + side).contains(&x) && (low..low + side).contains(&y))
 }
@@ -73,7 +73,7 @@ impl Robot {
     fn new(start: Pose2D, initial: Option<Pose2D>) -> Self {
         let mut bench = Bench::new();
         bench.import("map", &*room());
-        bench.set("initial", initial.map_or(Start::NONE, Start::at));
+        bench.set("initial_pose", initial.map_or(Start::NONE, Start::at));
         bench.awake().expect("it awakes");
         let now = Duration::ZERO;
         Self {
@@ -277,7 +277,7 @@ fn a_map_of_another_room_is_not_believed() {
         let at = |number: usize| (number as f64 - 0.5) * RESOLUTION;
         let (x, y) = (at(index % 60), at(index / 60));
         let is_pillar = (1.0..2.0).contains(&x) && (2.4..3.2).contains(&y);
-        let is_inside = x > 0.0 && y > 0.0 && x < WIDE + 0.8 && y < HIGH + 0.8;
+        let is_inside = x > 0.0 && y > 0.0 && x < ROOM_WIDTH + 0.8 && y < ROOM_HEIGHT + 0.8;
         let value = if is_pillar || !is_inside { 100 } else { 0 };
         map.data.push(value).expect("it fits");
     }
@@ -363,10 +363,12 @@ fn the_panel_says_where_the_robot_is_or_lets_it_be_searched() {
 #[test]
 fn a_pose_that_an_operator_writes_replaces_the_estimate() {
     let mut robot = tracked();
-    robot.bench.set("initial", Start::at(Pose2D::new(4.5, 3.2, 0.0)));
+    robot
+        .bench
+        .set("initial_pose", Start::at(Pose2D::new(4.5, 3.2, 0.0)));
     robot.step(0.0, 0.0);
     assert_eq!(robot.pose(), None, "{}", robot.words());
-    robot.bench.set("initial", Start::at(robot.truth));
+    robot.bench.set("initial_pose", Start::at(robot.truth));
     robot.drive(3);
     robot.is_right();
 }

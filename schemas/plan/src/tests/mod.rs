@@ -1,5 +1,6 @@
 //! Paths over small maps, and the words for all that has none.
 
+mod kept;
 mod lanes;
 mod zones;
 
@@ -32,9 +33,9 @@ fn bench(map: &OccupancyGrid, robot: (f64, f64), target: (f64, f64)) -> Bench<Pl
     bench.import("map", map);
     stand(&mut bench, robot);
     bench.set("target", Target::at(Pose2D::new(target.0, target.1, 0.0)));
-    bench.set("inscribed", 0.1);
-    bench.set("circumscribed", 0.1);
-    bench.set("reach", 0.3);
+    bench.set("inscribed_radius", 0.1);
+    bench.set("circumscribed_radius", 0.1);
+    bench.set("inflation_radius", 0.3);
     bench
 }
 
@@ -57,18 +58,18 @@ fn poses(bench: &Bench<Plan>) -> Option<Vec<Pose2D>> {
     Some(path.poses.iter().map(|stamped| stamped.pose.into()).collect())
 }
 
-const LEFT: (f64, f64) = (0.53, 0.21);
-const RIGHT: (f64, f64) = (1.57, 0.22);
+const LEFT_POINT: (f64, f64) = (0.53, 0.21);
+const RIGHT_POINT: (f64, f64) = (1.57, 0.22);
 
 #[test]
 fn every_planner_leads_around_the_wall_from_the_robot_to_the_target() {
     for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
-        let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+        let mut bench = bench(&map(&ROOM), LEFT_POINT, RIGHT_POINT);
         bench.set("planner", planner);
         assert!(state(&mut bench).starts_with("a path of "), "{planner:?}");
         let poses = poses(&bench).expect("a path");
         let (first, last) = (poses[0], poses[poses.len() - 1]);
-        assert_eq!(((first.x, first.y), (last.x, last.y)), (LEFT, RIGHT));
+        assert_eq!(((first.x, first.y), (last.x, last.y)), (LEFT_POINT, RIGHT_POINT));
         let over = poses.iter().filter(|pose| pose.y > 0.75).count();
         assert!(over >= 1, "{planner:?} passes above the wall: {poses:?}");
         for pair in poses.windows(2) {
@@ -82,7 +83,7 @@ fn every_planner_leads_around_the_wall_from_the_robot_to_the_target() {
 fn a_wall_that_appears_changes_the_path_and_one_that_goes_restores_it() {
     let mut open = ROOM;
     open[3..].fill("....................");
-    let mut bench = bench(&map(&open), LEFT, RIGHT);
+    let mut bench = bench(&map(&open), LEFT_POINT, RIGHT_POINT);
     let straight = state(&mut bench);
     bench.import("map", &*map(&ROOM));
     let around = state(&mut bench);
@@ -98,15 +99,15 @@ fn a_wall_that_appears_changes_the_path_and_one_that_goes_restores_it() {
 
 #[test]
 fn a_moved_target_and_another_clearance_are_followed() {
-    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+    let mut bench = bench(&map(&ROOM), LEFT_POINT, RIGHT_POINT);
     state(&mut bench);
     let target = Pose2D::new(1.85, 0.85, 0.0);
     bench.set("target", Target::at(target));
     state(&mut bench);
     let last = *poses(&bench).expect("a path").last().expect("poses");
     assert_eq!((last.x, last.y), (target.x, target.y));
-    bench.set("inscribed", 0.4);
-    bench.set("circumscribed", 0.4);
+    bench.set("inscribed_radius", 0.4);
+    bench.set("circumscribed_radius", 0.4);
     assert_eq!(state(&mut bench), "no way leads to the goal");
 }
 
@@ -125,11 +126,15 @@ fn what_is_missing_is_said() {
 fn ends_in_walls_and_off_the_map_are_said() {
     let wall = (1.05, 0.35);
     for (robot, target, words) in [
-        (LEFT, wall, "the goal is in an obstacle of the map"),
-        (LEFT, (5.0, 0.0), "the goal is outside the map"),
-        (wall, RIGHT, "the robot is in an obstacle of the map"),
-        ((-0.1, 0.5), RIGHT, "the robot is outside the map"),
-        ((f64::NAN, 0.5), RIGHT, "the place of the robot is not known"),
+        (LEFT_POINT, wall, "the goal is in an obstacle of the map"),
+        (LEFT_POINT, (5.0, 0.0), "the goal is outside the map"),
+        (wall, RIGHT_POINT, "the robot is in an obstacle of the map"),
+        ((-0.1, 0.5), RIGHT_POINT, "the robot is outside the map"),
+        (
+            (f64::NAN, 0.5),
+            RIGHT_POINT,
+            "the place of the robot is not known",
+        ),
     ] {
         let mut bench = bench(&map(&ROOM), robot, target);
         for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
@@ -143,9 +148,9 @@ fn ends_in_walls_and_off_the_map_are_said() {
 #[test]
 fn a_robot_that_is_too_close_to_an_obstacle_is_led_away_from_it() {
     let wider = |map: &OccupancyGrid, robot| {
-        let mut bench = bench(map, robot, RIGHT);
-        bench.set("inscribed", 0.15);
-        bench.set("circumscribed", 0.15);
+        let mut bench = bench(map, robot, RIGHT_POINT);
+        bench.set("inscribed_radius", 0.15);
+        bench.set("circumscribed_radius", 0.15);
         bench
     };
     // Its centre is one cell beside the wall.
@@ -171,7 +176,7 @@ fn a_robot_that_is_too_close_to_an_obstacle_is_led_away_from_it() {
 #[test]
 fn a_path_may_end_before_a_target_in_an_obstacle() {
     let wall = (1.05, 0.35);
-    let mut bench = bench(&map(&ROOM), LEFT, wall);
+    let mut bench = bench(&map(&ROOM), LEFT_POINT, wall);
     bench.set("tolerance", 0.12);
     assert!(state(&mut bench).starts_with("a path of "));
     let last = *poses(&bench).expect("a path").last().expect("poses");
@@ -244,7 +249,7 @@ fn the_place_before_a_target_in_a_wall_stays_while_a_way_leads_there() {
 fn unknown_cells_are_walls_unless_permitted() {
     let mut bench = bench(&map(&[".....?....."]), (0.05, 0.05), (1.05, 0.05));
     assert_eq!(state(&mut bench), "no way leads to the goal");
-    bench.set("unknown", true);
+    bench.set("allow_unknown", true);
     assert_eq!(state(&mut bench), "a path of 1.00 m");
 }
 
@@ -303,7 +308,7 @@ fn maps_and_footprints_that_cannot_be_are_said() {
     ];
     for (spoil, words) in spoils {
         let mut spoilt = map(&ROOM);
-        let mut bench = bench(&spoilt, LEFT, RIGHT);
+        let mut bench = bench(&spoilt, LEFT_POINT, RIGHT_POINT);
         assert!(state(&mut bench).starts_with("a path of "));
         spoil(&mut spoilt);
         bench.import("map", &*spoilt);
@@ -313,16 +318,167 @@ fn maps_and_footprints_that_cannot_be_are_said() {
         bench.import("map", &*map(&ROOM));
         assert!(state(&mut bench).starts_with("a path of "), "it recovers");
     }
-    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
-    bench.set("inscribed", 0.3);
+    let mut bench = bench(&map(&ROOM), LEFT_POINT, RIGHT_POINT);
+    bench.set("inscribed_radius", 0.3);
     assert!(state(&mut bench).contains("expected 0 <= inscribed <= circumscribed"));
 }
 
 #[test]
 fn the_panel_shows_the_situation_and_the_path() {
-    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+    let mut bench = bench(&map(&ROOM), LEFT_POINT, RIGHT_POINT);
     state(&mut bench);
     let panel = bench.draw().expect("the panel is drawn");
     assert_eq!(panel.value("columns"), 20.0);
     assert!(panel.shapes("map").len() >= 4, "outline, path, target and robot");
+}
+
+/// The room without its wall.
+fn open_room() -> [&'static str; 10] {
+    let mut open = ROOM;
+    open[3..].fill("....................");
+    open
+}
+
+/// The room with its wall up to the top.
+fn closed_room() -> [&'static str; 10] {
+    let mut closed = ROOM;
+    closed[..3].fill("..........#.........");
+    closed
+}
+
+/// What sensors see, in the frame of the pose.
+fn see(bench: &mut Bench<Plan>, rows: &[&str]) {
+    let mut view = map(rows);
+    view.header.frame_id = Header::new(Time::default(), "odom").frame_id;
+    bench.import("seen", &*view);
+}
+
+/// What the planner says of the target.
+fn verdict(bench: &Bench<Plan>) -> Option<(u8, String)> {
+    let mission = bench.exported::<Mission>("planning")?;
+    Some((mission.state, mission.note.as_str().to_owned()))
+}
+
+fn state_at(bench: &mut Bench<Plan>, seconds: u64) -> String {
+    bench.set_now(Duration::from_secs(seconds));
+    state(bench)
+}
+
+const NOTHING_IN_VIEW: [&str; 4] = ["????"; 4];
+const PAST: &str = "no way leads to the goal past what the robot has seen";
+
+#[test]
+fn what_is_seen_is_led_around_until_it_is_seen_to_be_gone_or_is_too_old() {
+    let mut bench = bench(&map(&open_room()), LEFT_POINT, RIGHT_POINT);
+    let straight = state(&mut bench);
+    see(&mut bench, &ROOM);
+    let around = state(&mut bench);
+    assert_ne!(around, straight);
+    see(&mut bench, &NOTHING_IN_VIEW);
+    assert_eq!(state(&mut bench), around, "out of sight");
+    bench.set("observation_persistence", 60.0);
+    assert_eq!(state_at(&mut bench, 50), around);
+    assert_eq!(state_at(&mut bench, 70), straight, "too old");
+    see(&mut bench, &ROOM);
+    assert_eq!(state(&mut bench), around);
+    see(&mut bench, &open_room());
+    assert_eq!(state(&mut bench), straight, "seen to be gone");
+}
+
+#[test]
+fn obstacles_out_of_sight_are_forgotten_where_that_gives_a_way_and_nowhere_else() {
+    let mut bench = bench(&map(&open_room()), LEFT_POINT, RIGHT_POINT);
+    let straight = state(&mut bench);
+    see(&mut bench, &closed_room());
+    assert_eq!(state(&mut bench), PAST);
+    see(&mut bench, &NOTHING_IN_VIEW);
+    bench.set("target", Target::at(Pose2D::new(5.0, 0.0, 0.0)));
+    assert_eq!(state_at(&mut bench, 1), "the goal is outside the map");
+    let remembered = bench.schema().remembered.as_ref().expect("a map");
+    let map = bench.schema().followed.as_ref().expect("a map");
+    assert!(remembered.cells(map.known().geometry()).count() > 0);
+    bench.set(
+        "target",
+        Target::at(Pose2D::new(RIGHT_POINT.0, RIGHT_POINT.1, 0.0)),
+    );
+    assert_eq!(state_at(&mut bench, 3), straight);
+}
+
+#[test]
+fn what_was_seen_from_a_place_where_the_robot_was_not_is_forgotten() {
+    let mut bench = bench(&map(&open_room()), LEFT_POINT, RIGHT_POINT);
+    state(&mut bench);
+    see(&mut bench, &closed_room());
+    assert_eq!(state(&mut bench), PAST);
+    stand(&mut bench, (1.8, 0.21));
+    assert!(state(&mut bench).starts_with("a path of "));
+    stand(&mut bench, LEFT_POINT);
+    assert_eq!(state(&mut bench), "a path of 1.04 m");
+}
+
+#[test]
+fn what_is_seen_where_the_robot_stands_is_no_obstacle_and_in_another_frame_it_is_a_fault() {
+    let mut bench = bench(&map(&open_room()), (1.05, 0.21), RIGHT_POINT);
+    see(&mut bench, &closed_room());
+    assert!(state(&mut bench).starts_with("a path of "));
+    bench.import("seen", &*map(&closed_room()));
+    assert_eq!(
+        state(&mut bench),
+        "the obstacles of `seen` are in another frame than the pose"
+    );
+    assert_eq!(poses(&bench), None);
+}
+
+#[test]
+fn a_target_without_a_way_fails_soon_by_the_map_and_later_by_what_is_seen() {
+    let mut bench = bench(&map(&open_room()), LEFT_POINT, (5.0, 0.0));
+    state(&mut bench);
+    assert_eq!(verdict(&bench), Some((Mission::RUNNING, String::new())));
+    state_at(&mut bench, 2);
+    let outside = String::from("the goal is outside the map");
+    assert_eq!(verdict(&bench), Some((Mission::FAILED, outside)));
+    // A map with open unknown cells may grow.
+    bench.set("allow_unknown", true);
+    bench.set("target", Target::at(Pose2D::new(6.0, 0.0, 0.0)));
+    state_at(&mut bench, 4);
+    state_at(&mut bench, 10);
+    assert_eq!(verdict(&bench), Some((Mission::RUNNING, String::new())));
+    state_at(&mut bench, 32);
+    assert_eq!(verdict(&bench).map(|(state, _)| state), Some(Mission::FAILED));
+    bench.set(
+        "target",
+        Target::at(Pose2D::new(RIGHT_POINT.0, RIGHT_POINT.1, 0.0)),
+    );
+    state_at(&mut bench, 33);
+    assert_eq!(
+        verdict(&bench),
+        Some((Mission::RUNNING, String::new())),
+        "another target"
+    );
+    see(&mut bench, &closed_room());
+    state_at(&mut bench, 34);
+    assert_eq!(
+        verdict(&bench).map(|(state, _)| state),
+        Some(Mission::RUNNING),
+        "it may go away"
+    );
+    state_at(&mut bench, 62);
+    assert_eq!(verdict(&bench), Some((Mission::FAILED, String::from(PAST))));
+    bench.set("target", Target::NONE);
+    state(&mut bench);
+    assert_eq!(verdict(&bench), None);
+}
+
+#[test]
+fn a_failure_is_said_once_in_each_patience() {
+    let mut verdict = Verdict::default();
+    let patience = Duration::from_secs(28);
+    let judgements = (0..=60).filter_map(|second| {
+        let situation = Situation::NoWay(PlanError::Unreachable);
+        let state = verdict.judge(Pose2D::ORIGIN, &situation, Duration::from_secs(second), patience)?;
+        Some((second, state))
+    });
+    let said: Vec<_> = judgements.collect();
+    let failed = Mission::FAILED;
+    assert_eq!(said, [(0, Mission::RUNNING), (28, failed), (56, failed)]);
 }

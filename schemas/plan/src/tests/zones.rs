@@ -5,9 +5,9 @@ use jde_schema::types::{Point2D, Zone};
 use super::*;
 
 /// A room of 2 × 1 m without walls.
-pub(super) const OPEN: [&str; 10] = ["...................."; 10];
+pub(super) const OPEN_ROOM: [&str; 10] = ["...................."; 10];
 
-/// From the lower edge to 0.6 m, in the middle between `LEFT` and `RIGHT`.
+/// From the lower edge to 0.6 m, in the middle between `LEFT_POINT` and `RIGHT_POINT`.
 const MIDDLE: [(f64, f64); 4] = [(0.9, -0.1), (1.2, -0.1), (1.2, 0.6), (0.9, 0.6)];
 
 fn zones(zones: &[&[(f64, f64)]]) -> Zones {
@@ -52,7 +52,7 @@ fn within(poses: &[Pose2D], (least, most): ((f64, f64), (f64, f64)), margin: f64
 #[test]
 fn every_planner_leads_around_a_zone_at_the_inscribed_radius() {
     for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
-        let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+        let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
         bench.set("planner", planner);
         bench.set("keep_out", zones(&[&MIDDLE]));
         assert!(state(&mut bench).starts_with("a path of "), "{planner:?}");
@@ -64,7 +64,7 @@ fn every_planner_leads_around_a_zone_at_the_inscribed_radius() {
 
 #[test]
 fn a_zone_that_is_stated_later_changes_the_path_and_one_that_goes_restores_it() {
-    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     let straight = state(&mut bench);
     bench.set("keep_out", zones(&[&MIDDLE]));
     assert_ne!(state(&mut bench), straight);
@@ -81,7 +81,7 @@ fn a_zone_that_is_stated_later_changes_the_path_and_one_that_goes_restores_it() 
 
 #[test]
 fn an_operator_draws_zones_by_clicks_and_clears_them() {
-    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     let straight = state(&mut bench);
     click(&mut bench, &MIDDLE[..2]);
     press(&mut bench, "zone");
@@ -103,7 +103,7 @@ fn an_operator_draws_zones_by_clicks_and_clears_them() {
 
 #[test]
 fn more_corners_and_zones_than_fit_are_refused_in_words() {
-    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     bench.set("keep_out", zones(&[&MIDDLE]));
     for _ in 0..16 {
         click(&mut bench, &MIDDLE);
@@ -128,12 +128,12 @@ fn more_corners_and_zones_than_fit_are_refused_in_words() {
 
 #[test]
 fn a_reload_keeps_what_is_drawn() {
-    let mut first = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut first = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     click(&mut first, &MIDDLE);
     press(&mut first, "zone");
     click(&mut first, &MIDDLE[..2]);
     let saved = first.save().expect("it saves");
-    let mut second = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut second = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     second.restore(&saved).expect("it restores");
     assert_eq!(state(&mut second), state(&mut first));
     assert_eq!(second.schema().drawn.points.corners.len(), 2);
@@ -144,8 +144,8 @@ fn a_robot_in_a_zone_is_led_out_around_the_walls_in_it() {
     let around = [(0.3, -0.1), (2.1, -0.1), (2.1, 0.9), (0.3, 0.9)];
     for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
         let mut bench = bench(&map(&ROOM), (1.35, 0.25), (0.15, 0.15));
-        bench.set("inscribed", 0.0);
-        bench.set("circumscribed", 0.05);
+        bench.set("inscribed_radius", 0.0);
+        bench.set("circumscribed_radius", 0.05);
         bench.set("planner", planner);
         bench.set("keep_out", zones(&[&around]));
         let words = state(&mut bench);
@@ -160,7 +160,7 @@ fn a_robot_in_a_zone_is_led_out_around_the_walls_in_it() {
 
 #[test]
 fn a_robot_at_the_edge_of_a_zone_goes_on_outside() {
-    let mut bench = bench(&map(&OPEN), (0.95, 0.55), RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), (0.95, 0.55), RIGHT_POINT);
     bench.set("keep_out", zones(&[&MIDDLE]));
     assert!(state(&mut bench).starts_with("a path of "));
     let poses = poses(&bench).expect("a path");
@@ -172,7 +172,7 @@ fn a_zone_without_a_way_out_and_a_target_in_a_zone_are_said() {
     let all = [(-1.0, -1.0), (3.0, -1.0), (3.0, 2.0), (-1.0, 2.0)];
     let right = [(1.3, -0.1), (2.1, -0.1), (2.1, 0.5), (1.3, 0.5)];
     let left = [(-0.1, -0.1), (0.8, -0.1), (0.8, 1.1), (-0.1, 1.1)];
-    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     bench.set("keep_out", zones(&[&right]));
     assert_eq!(state(&mut bench), "the goal is in a keep-out zone");
     bench.set("tolerance", 0.5);
@@ -187,9 +187,9 @@ fn a_zone_without_a_way_out_and_a_target_in_a_zone_are_said() {
             "....................",
         ]),
         (0.55, 0.25),
-        RIGHT,
+        RIGHT_POINT,
     );
-    bench.set("inscribed", 0.0);
+    bench.set("inscribed_radius", 0.0);
     bench.set("target", Target::at(Pose2D::new(1.55, 0.05, 0.0)));
     bench.set(
         "keep_out",
@@ -203,7 +203,7 @@ fn a_zone_without_a_way_out_and_a_target_in_a_zone_are_said() {
 
 #[test]
 fn zones_that_enclose_nothing_are_refused_before_the_start_and_while_it_runs() {
-    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     for (wrong, words) in [
         (
             zones(&[&MIDDLE, &MIDDLE[..2]]),
@@ -228,7 +228,7 @@ fn zones_that_enclose_nothing_are_refused_before_the_start_and_while_it_runs() {
 
 #[test]
 fn the_panel_shows_zones_and_the_corners_of_the_next() {
-    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+    let mut bench = bench(&map(&ROOM), LEFT_POINT, RIGHT_POINT);
     state(&mut bench);
     let before = bench.draw().expect("the panel is drawn").shapes("map").len();
     bench.set("keep_out", zones(&[&MIDDLE]));
@@ -241,7 +241,7 @@ fn the_panel_shows_zones_and_the_corners_of_the_next() {
 
 #[test]
 fn what_is_in_force_is_exported_without_a_target_too() {
-    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    let mut bench = bench(&map(&OPEN_ROOM), LEFT_POINT, RIGHT_POINT);
     bench.set("target", Target::NONE);
     bench.set("keep_out", zones(&[&MIDDLE]));
     click(&mut bench, &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]);

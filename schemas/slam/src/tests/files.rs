@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use jde_map_file::{Cell, MapFile};
+use jde_map_file::{MapCell, MapFile};
 use jde_schema::bench::Bench;
 use jde_schema::panel::Touch;
 use jde_schema::prelude::*;
@@ -43,7 +43,7 @@ fn until(robot: &mut Robot, holds: impl Fn(&Robot) -> bool) {
 fn the_map_is_saved_in_the_form_of_a_map_server() {
     let (folder, path, text) = place();
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
         bench.set("save_every", 1.0);
     });
     robot.drive(70);
@@ -53,7 +53,7 @@ fn the_map_is_saved_in_the_form_of_a_map_server() {
             return false;
         };
         let count = |state| map.cells.iter().filter(|&&cell| cell == state).count();
-        count(Cell::Occupied) > 150 && count(Cell::Free) > 5000
+        count(MapCell::Occupied) > 150 && count(MapCell::Free) > 5000
     };
     until(&mut robot, |robot| {
         is_saved() && !robot.bench.schema().saving.is_busy()
@@ -74,7 +74,7 @@ fn a_map_that_cannot_be_saved_is_saved_when_it_can_be() {
     let path = folder.path().join("later/room.yaml");
     let text = path.to_str().expect("a path in Unicode").to_owned();
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
         bench.set("save_every", 1.0);
     });
     robot.drive(70);
@@ -89,7 +89,7 @@ fn a_map_that_cannot_be_saved_is_saved_when_it_can_be() {
 fn what_was_seen_since_is_saved_when_it_falls_asleep() {
     let (_folder, path, text) = place();
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
         bench.set("save_every", 86400.0);
     });
     robot.drive(0);
@@ -113,8 +113,8 @@ fn a_saved_map_is_continued() {
     // The robot starts elsewhere, 0.1 m from where it is said to be, with another odometry.
     let elsewhere = Pose2D::new(2.1, 1.9, 1.0);
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("initial", elsewhere);
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
+        bench.set("map_start_pose", elsewhere);
     });
     robot.truth = Pose2D::new(2.15, 1.8, 1.05);
     robot.odometry = Pose2D::new(3.0, 4.0, -2.0);
@@ -148,7 +148,7 @@ fn a_reload_waits_for_the_map_that_is_written() {
     let (folder, path, text) = place();
     map().save(&path).expect("it is saved");
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
         bench.set("save_every", 86400.0);
     });
     (0..10).for_each(|_| robot.step(0.0, 0.0));
@@ -158,8 +158,8 @@ fn a_reload_waits_for_the_map_that_is_written() {
     let held = std::fs::File::open(folder.path()).expect("a folder");
     held.lock_shared().expect("it is locked");
     let mut reloaded = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("initial", START);
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
+        bench.set("map_start_pose", START);
     });
     let given = robot.bench.schema().slam.given();
     assert!(given > 16);
@@ -169,7 +169,7 @@ fn a_reload_waits_for_the_map_that_is_written() {
     reloaded.says_nothing("waits for the file of the map");
     let mut part = MapFile::load(&path).expect("a map");
     // All but what is above 3 m.
-    part.cells[part.height * 4 / 7 * part.width..].fill(Cell::Unknown);
+    part.cells[part.height * 4 / 7 * part.width..].fill(MapCell::Unknown);
     part.save(&path).expect("it is saved");
     drop(held);
     until(&mut reloaded, |robot| robot.bench.schema().slam.given() > 0);
@@ -187,7 +187,7 @@ fn a_map_that_cannot_be_read_after_a_reload_is_a_fault() {
     let (_folder, path, text) = place();
     let saved = driven().bench.save().expect("it saves");
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
     });
     std::fs::write(&path, "image: room.pgm\nresolution: -1\n").expect("it is written");
     robot.bench.restore(&saved).expect("it restores");
@@ -205,7 +205,7 @@ fn a_map_that_cannot_be_read_after_a_reload_is_a_fault() {
 fn what_was_seen_while_a_map_was_written_is_saved_as_it_falls_asleep() {
     let (_folder, path, text) = place();
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
         bench.set("save_every", 1.0);
     });
     robot.drive(70);
@@ -225,8 +225,8 @@ fn a_file_that_is_no_map_or_has_none_there_is_refused_in_words() {
     let (_folder, path, text) = place();
     let awake = |initial: Pose2D| {
         let mut bench = Bench::<Slam>::new();
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("initial", initial);
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
+        bench.set("map_start_pose", initial);
         let problems = bench.inspect().expect("it inspects");
         (
             problems.len(),
@@ -254,7 +254,7 @@ fn a_map_that_is_continued_is_written_only_when_it_has_grown() {
     let (_folder, path, text) = place();
     map().save(&path).expect("it is saved");
     let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("map_file_name", Text::<1024>::truncated(&text));
         bench.set("save_every", 1.0);
     });
     (0..40).for_each(|_| robot.step(0.0, 0.0));

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use jde_app::Override;
+use jde_session::load;
+use jde_terminal as terminal;
 
 use crate::failure::Failure;
-use crate::{inspect, load, terminal};
+use crate::inspect;
 
 /// Check an application without starting it: print every fault, or what would run.
 ///
@@ -15,7 +17,7 @@ use crate::{inspect, load, terminal};
 /// is present.
 ///
 /// Prints the schemas by father and group with their bindings. Prints for each group its contract: the
-/// longest time that a takeover may take, with the sum it comes from.
+/// longest time that a takeover may take, and how it is computed.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde check apps/safe-navigation.toml
@@ -44,6 +46,6 @@ impl Check {
         out.flush()?;
         application
             .concerns
-            .map_or(Ok(()), |faults| Err(Failure::application(faults)))
+            .map_or(Ok(()), |faults| Err(Failure::faults(faults)))
     }
 }

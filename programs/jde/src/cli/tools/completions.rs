@@ -5,9 +5,9 @@ use std::io::Write;
 use clap::Args;
 use clap_complete::Shell;
 use clap_complete::env::Shells;
+use jde_terminal as terminal;
 
 use crate::failure::Failure;
-use crate::terminal;
 
 /// The environment variable through which a shell requests completions.
 const COMPLETE_VARIABLE: &str = "COMPLETE";

@@ -5,11 +5,12 @@ use std::path::Path;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_loader::SearchPath;
+use jde_session::cli::print_value;
+use jde_session::load;
 
-use crate::cli::print_value;
+use crate::complete;
 use crate::failure::Failure;
 use crate::inspect::{self, ValueTypeData};
-use crate::{complete, load};
 
 /// Describe a plugin: its types of schemas with their inputs, outputs, modulations and children. Or a type of
 /// value: its fields, and the schemas that have it.
@@ -39,7 +40,7 @@ impl Describe {
         // The names of plugins and of their types of schemas have no capitals.
         if !is_a_file && last.starts_with(char::is_uppercase) {
             let value_type = ValueTypeData::find(&self.name, &load::describe_all(&plugins, &[]))?;
-            return print_value(self.json, &value_type, ValueTypeData::write);
+            return Ok(print_value(self.json, &value_type, ValueTypeData::write)?);
         }
         let plugin = if is_a_file {
             plugins.describe_file(path)?
@@ -63,6 +64,8 @@ impl Describe {
         };
         let (description, path) = (&plugin.description, plugin.path.as_deref());
         let data = inspect::PluginData::new(description, path);
-        print_value(self.json, &data, |_, out| inspect::plugin(description, path, out))
+        Ok(print_value(self.json, &data, |_, out| {
+            inspect::plugin(description, path, out)
+        })?)
     }
 }

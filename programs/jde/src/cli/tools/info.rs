@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
 use clap::{Args, ValueHint};
+use jde_drawing::text::{counted, format_size};
 use jde_log::{Recording, SchemaProblems, Survey, TopicSurvey};
-use jde_report::format_size;
+use jde_session::cli::print_value;
+use jde_terminal::escape::escape;
+use jde_terminal::{BAD, FAINT, TITLE, WARN};
 use serde::Serialize;
 
-use crate::cli::print_value;
-use crate::escape::escape;
 use crate::failure::{Failure, display_path};
 use crate::remote::table::{Alignment, Cell, Table};
-use crate::summary::pluralize;
-use crate::terminal::{BAD, FAINT, TITLE, WARN};
 
 /// The longest time, in ns, between the application's start and the first message of a recording that counts
 /// as complete from the start.
@@ -63,7 +62,9 @@ impl Info {
             seconds: survey.seconds(),
             survey: &survey,
         };
-        print_value(self.json, &info, |info, out| write(&info.file, info.survey, out))
+        Ok(print_value(self.json, &info, |info, out| {
+            write(&info.file, info.survey, out)
+        })?)
     }
 }
 
@@ -73,7 +74,7 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         writeln!(
             out,
             "in {}: {}",
-            pluralize(parts.files.len() as u64, "file"),
+            counted(parts.files.len() as u64, "file"),
             format_files(&parts.files)
         )?;
         if let Some(missing) = parts.describe_missing() {
@@ -109,9 +110,9 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{WARN}{}{WARN:#}", escape(line))?;
     }
     if survey.decisions > 0 {
-        writeln!(out, "\n{}", pluralize(survey.decisions, "decision"))?;
+        writeln!(out, "\n{}", counted(survey.decisions, "decision"))?;
         for group in &survey.groups {
-            let switches = pluralize(group.switches, "switch");
+            let switches = counted(group.switches, "switch");
             let (name, decisions) = (&group.group, group.decisions);
             writeln!(out, "  {TITLE}{name}{TITLE:#}: {decisions}, {switches}")?;
         }
@@ -161,7 +162,7 @@ fn write_headline(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Resul
     write!(
         out,
         "{}, {}",
-        pluralize(survey.messages, "message"),
+        counted(survey.messages, "message"),
         format_size(survey.bytes)
     )?;
     if let Some(seed) = survey.seed {
@@ -221,10 +222,9 @@ fn write_problems(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()
         refused,
         late,
         last_fault,
-        hangs: _,
     } = schema;
     let style = if *faults + *late > 0 { BAD } else { WARN };
-    let (faults, overruns) = (pluralize(*faults, "fault"), pluralize(*overruns, "overrun"));
+    let (faults, overruns) = (counted(*faults, "fault"), counted(*overruns, "overrun"));
     write!(
         out,
         "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused"
@@ -233,7 +233,7 @@ fn write_problems(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()
         write!(
             out,
             ", {} longer than its contract allows",
-            pluralize(*late, "takeover")
+            counted(*late, "takeover")
         )?;
     }
     match last_fault {

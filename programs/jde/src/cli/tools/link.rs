@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::session::LinkOptions;
+use crate::extensions::LinkOptions;
 
 /// How tools connect.
 #[derive(Args)]
@@ -17,29 +17,15 @@ pub(crate) struct Link {
     #[arg(long)]
     link: bool,
     /// Open windows beside it: oscilloscope, sensors and motors, 3D, panels.
-    #[cfg(feature = "view")]
     #[arg(long, conflicts_with = "no_link")]
     view: bool,
 }
 
-impl Link {
-    #[cfg(feature = "view")]
-    fn view(&self) -> bool {
-        self.view
-    }
-
-    #[cfg(not(feature = "view"))]
-    fn view(&self) -> bool {
-        false
-    }
-}
-
 impl From<Link> for LinkOptions {
     fn from(link: Link) -> Self {
-        let view = link.view();
         Self {
-            view,
-            enabled: match (link.no_link, link.link || view || link.name.is_some()) {
+            view: link.view,
+            enabled: match (link.no_link, link.link || link.view || link.name.is_some()) {
                 (true, _) => Some(false),
                 (false, true) => Some(true),
                 (false, false) => None,

@@ -1,4 +1,4 @@
-//! All verbs that need the link or recordings: every verb but `demo`.
+//! Every verb but `demo`.
 
 mod check;
 pub(crate) mod client;
@@ -21,14 +21,14 @@ mod shell;
 mod sim;
 mod test;
 mod validate;
-#[cfg(feature = "view")]
 mod view;
 
 use clap::Subcommand;
+use jde_session::log::{Filter, Log};
 
 use self::client::{Client, Context};
 use crate::failure::Failure;
-use crate::log::{Filter, Log};
+
 pub(super) use link::Link;
 
 /// The verbs.
@@ -52,7 +52,6 @@ pub(super) enum Tool {
     #[command(flatten)]
     Client(Client),
     Shell(shell::Shell),
-    #[cfg(feature = "view")]
     View(view::View),
 }
 
@@ -77,7 +76,6 @@ impl Tool {
             Self::Man(man) => man.run(),
             Self::Client(verb) => verb.run(&Context::new(Log::start(filter.unwrap_or_default()))),
             Self::Shell(shell) => shell.run(Log::start(filter.unwrap_or_default())),
-            #[cfg(feature = "view")]
             Self::View(view) => view.run(&Context::default(), filter),
         }
     }

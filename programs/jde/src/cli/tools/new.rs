@@ -7,7 +7,7 @@ use clap::{Args, Subcommand, ValueHint};
 use jde_sim::SHIPPED_ROBOTS;
 
 use crate::failure::Failure;
-use crate::new::{self, Kind};
+use crate::new::{self, TemplateKind};
 
 /// Write a new schema, driver, application, world, robot or crate of values that builds, passes its test and runs at once.
 #[derive(Args)]
@@ -79,7 +79,7 @@ enum What {
         #[command(flatten)]
         name: Name,
     },
-    /// A world for the simulator: a room, or what another program's file holds.
+    /// A world for the simulator: a room, or the converted file of another program.
     World {
         #[command(flatten)]
         name: Name,
@@ -120,22 +120,29 @@ impl New {
                 python,
             } => {
                 let kind = match (perceptive, father) {
-                    (true, _) if cpp => Kind::PerceptiveCpp,
-                    (true, _) if python => Kind::PerceptivePython,
-                    (true, _) => Kind::Perceptive,
-                    (_, true) if cpp => Kind::FatherCpp,
-                    (_, true) if python => Kind::FatherPython,
-                    (_, true) => Kind::Father,
-                    _ if cpp => Kind::MotorCpp,
-                    _ if c => Kind::MotorC,
-                    _ if python => Kind::MotorPython,
-                    _ => Kind::Motor,
+                    (true, _) if cpp => TemplateKind::PerceptiveCpp,
+                    (true, _) if python => TemplateKind::PerceptivePython,
+                    (true, _) => TemplateKind::Perceptive,
+                    (_, true) if cpp => TemplateKind::FatherCpp,
+                    (_, true) if python => TemplateKind::FatherPython,
+                    (_, true) => TemplateKind::Father,
+                    _ if cpp => TemplateKind::MotorCpp,
+                    _ if c => TemplateKind::MotorC,
+                    _ if python => TemplateKind::MotorPython,
+                    _ => TemplateKind::Motor,
                 };
                 (kind, name)
             }
-            What::Driver { name, device } => (if device { Kind::Device } else { Kind::Driver }, name),
-            What::Types { name } => (Kind::Types, name),
-            What::App { name } => (Kind::Application, name),
+            What::Driver { name, device } => (
+                if device {
+                    TemplateKind::Device
+                } else {
+                    TemplateKind::Driver
+                },
+                name,
+            ),
+            What::Types { name } => (TemplateKind::Types, name),
+            What::App { name } => (TemplateKind::Application, name),
             What::World { name, from, models } => {
                 return new::write_world(&name.name, from.as_deref(), &models, &self.path);
             }

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
+use jde_drawing::PictureError;
 use jde_log::Recording;
-use jde_report::{Picture, PictureError, Size, Wanted};
+use jde_report::{Size, Wanted, draw_recording};
 
 use crate::analysis::{self, Output, TimeRange};
 use crate::complete;
@@ -59,7 +60,7 @@ impl Plot {
                 "`jde info` shows its contents; name numbers of it, such as odom.pose.pose.position.x",
             ));
         }
-        let png = Picture::of_recording(&analysis, self.size).png();
-        output.write(&png.map_err(|error: PictureError| Failure::Broken(error.to_string()))?)
+        let png = draw_recording(&analysis, self.size).png();
+        output.write(&png.map_err(|error: PictureError| Failure::broken(error.to_string()))?)
     }
 }

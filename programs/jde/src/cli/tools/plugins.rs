@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
+use jde_session::cli::print_value;
 
-use crate::cli::print_value;
 use crate::failure::Failure;
 use crate::inspect;
 
@@ -26,6 +26,6 @@ impl Plugins {
     /// Prints the list.
     pub(super) fn run(self) -> Result<(), Failure> {
         let listing = inspect::PluginListing::scan(self.application.as_deref())?;
-        print_value(self.json, &listing, inspect::PluginListing::write)
+        Ok(print_value(self.json, &listing, inspect::PluginListing::write)?)
     }
 }

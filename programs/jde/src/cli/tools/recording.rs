@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_log::{PartSize, SplitOptions};
+use jde_recorder::{PartSize, SplitOptions};
 
+use crate::extensions::{PanelOptions, RecordOptions, TriggerWindow};
 use crate::failure::Failure;
 use crate::quantity;
-use crate::session::{PanelOptions, RecordOptions, TriggerWindow};
 
 /// What to record.
 #[derive(Args)]
@@ -74,7 +74,7 @@ impl SplitArgs {
         {
             return Err(Failure::usage(
                 "--keep is less than two files of --split",
-                "keep more, or split into smaller files: the one that is written counts as well",
+                "keep more, or split into smaller files: the file being written counts as well",
             ));
         }
         Ok(self.split.map(|every| SplitOptions {

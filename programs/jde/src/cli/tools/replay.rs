@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 use jde_app::Override;
 use jde_core::Nanos;
-use jde_log::replay::{Span, ToleranceEntry};
+use jde_decide::{Span, ToleranceEntry};
+use jde_session::cli::start_log;
+use jde_session::load::Trust;
+use jde_session::log::Filter;
 
-use crate::cli::start_log;
 use crate::decide::{self, DecideOptions};
 use crate::failure::Failure;
-use crate::load::Trust;
-use crate::log::Filter;
 use crate::quantity;
 use crate::replay::{self, PlayOptions};
 
@@ -104,6 +104,6 @@ impl Replay {
             tolerance: self.tolerance,
             json: self.json,
         };
-        decide::run(options, |loaded| start_log(filter, loaded))
+        decide::run(options, |loaded| Ok(start_log(filter, loaded)?))
     }
 }

@@ -7,12 +7,12 @@ use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding, Override};
 use jde_board::value::{Value, decode, encode};
 use jde_ros_node::Remaps;
+use jde_session::log::Filter;
+use jde_session::paths;
 
 use super::ros_params::{self, Parameter, parameter};
+use crate::extensions::{CLOCK, SimTime, ros_node_name};
 use crate::failure::Failure;
-use crate::log::Filter;
-use crate::paths;
-use crate::session::{CLOCK, SimTime, ros_node_name};
 
 /// What is accepted, for messages.
 const ACCEPTED: &str = "-r __node:=NAME, -r __ns:=/NAMESPACE, -r FROM:=TO, -p SCHEMA.MODULATION:=VALUE, \
@@ -194,7 +194,7 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
     for stated in stated {
         let parameters = match stated {
             Stated::One(parameter) => vec![parameter],
-            Stated::File(file) => ros_params::read(&file, &node)?,
+            Stated::File(file) => ros_params::read(&file, &node).map_err(|faults| format!("{faults:#}"))?,
         };
         for parameter in parameters {
             match parameter {
@@ -223,7 +223,7 @@ fn level(text: &str) -> String {
 fn assignment(text: &str) -> Result<Parameter, String> {
     let (name, value) = text
         .split_once(":=")
-        .ok_or_else(|| format!("`{text}` is no parameter; expected SCHEMA.MODULATION:=VALUE"))?;
+        .ok_or_else(|| format!("`{text}` is not a parameter; expected SCHEMA.MODULATION:=VALUE"))?;
     parameter(name, ros_params::boolean(value).unwrap_or(value))
 }
 
@@ -315,7 +315,7 @@ mod tests {
             ("-p", "a value is missing after -p"),
             ("-p goon.fast=1", "expected SCHEMA.MODULATION:=VALUE"),
             ("-p use_sim_time:=1", "`use_sim_time` is true or false"),
-            ("-p fast:=1", "`fast` is no parameter"),
+            ("-p fast:=1", "`fast` is not a parameter"),
             ("--params-file no-such-file.yaml", "no-such-file.yaml: "),
             ("--log-level loud", "`loud` is not a level"),
             ("-e /enclave", "`-e` is not accepted"),

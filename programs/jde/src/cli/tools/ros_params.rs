@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use jde_app::Override;
+use jde_app::{Faults, Override};
+use jde_document::FaultReport;
 use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
 
-use crate::session::SIM_TIME;
+use crate::extensions::SIM_TIME;
 
 /// The key of the parameters of a node.
 const PARAMETERS: &str = "ros__parameters";
@@ -19,12 +20,9 @@ pub(super) enum Parameter {
     SimTime(bool),
 }
 
-/// The largest file of parameters, bytes: thousands of nodes.
-const MAX_FILE: u64 = 1 << 20;
-
-/// The parameters of a node in a file, in its order.
+/// The parameters of a node in a file, in its order, and the faults of the file.
 struct ParameterFile<'f> {
-    file: &'f Path,
+    report: FaultReport<'f>,
     /// The full name of the node.
     node: &'f str,
     parameters: Vec<Parameter>,
@@ -33,10 +31,9 @@ struct ParameterFile<'f> {
 /// Returns the parameters that a file states for the node of that full name.
 ///
 /// # Errors
-/// The file cannot be read, or is no file of parameters: where, and why.
-pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Parameter>, String> {
-    let text =
-        jde_files::read_text(file, MAX_FILE).map_err(|error| format!("{}: {error}", file.display()))?;
+/// All faults of the file.
+pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Parameter>, Faults> {
+    let text = jde_document::read(file, "a file of parameters")?;
     parse(file, node, &text)
 }
 
@@ -51,7 +48,7 @@ pub(super) fn parameter(name: &str, value: &str) -> Result<Parameter, String> {
     }
     let mut parts = name.split('.');
     let (Some(schema), Some(modulation)) = (parts.next(), parts.next()) else {
-        return Err(format!("`{name}` is no parameter; expected SCHEMA.MODULATION"));
+        return Err(format!("`{name}` is not a parameter; expected SCHEMA.MODULATION"));
     };
     let value = parts.rev().fold(value.to_owned(), |inner, field| {
         format!("{{ {field:?} = {inner} }}")
@@ -71,108 +68,100 @@ pub(super) fn boolean(word: &str) -> Option<&'static str> {
     }
 }
 
-fn parse(file: &Path, node: &str, text: &str) -> Result<Vec<Parameter>, String> {
+fn parse(file: &Path, node: &str, text: &str) -> Result<Vec<Parameter>, Faults> {
     let mut this = ParameterFile {
-        file,
+        report: FaultReport::new(file, text),
         node,
         parameters: Vec::new(),
     };
-    let documents = MarkedYaml::load_from_str(text)
-        .map_err(|error| this.wrong(error.marker().line(), &format!("invalid YAML: {}", error.info())))?;
-    for document in &documents {
-        this.nodes("", document)?;
+    match MarkedYaml::load_from_str(text) {
+        Ok(documents) => documents.iter().for_each(|document| this.nodes("", document)),
+        Err(error) => {
+            let at = error.marker().index();
+            let message = format!("this is not YAML: {}", error.info());
+            this.report.fault(&this.report.in_bytes(&(at..at)), message);
+        }
     }
-    Ok(this.parameters)
+    let parameters = this.parameters;
+    this.report.finish().map(|_| parameters)
 }
 
 impl ParameterFile<'_> {
     /// Reads the nodes of a namespace.
-    fn nodes(&mut self, namespace: &str, yaml: &MarkedYaml<'_>) -> Result<(), String> {
+    fn nodes(&mut self, namespace: &str, yaml: &MarkedYaml<'_>) {
         let expected = format!("expected names of nodes, each with `{PARAMETERS}`");
-        let map = yaml
-            .data
-            .as_mapping()
-            .ok_or_else(|| self.wrong_at(yaml, &expected))?;
+        let Some(map) = yaml.data.as_mapping() else {
+            return self.fault(yaml, expected);
+        };
         for (key, value) in map {
-            let key_text = key
-                .data
-                .as_str()
-                .ok_or_else(|| self.wrong_at(key, "a name is a text"))?;
-            if key_text == PARAMETERS {
-                if namespace.is_empty() {
-                    return Err(self.wrong_at(key, &expected));
-                }
-                if fits(namespace, self.node) {
-                    self.group("", value)?;
-                }
-            } else {
-                self.nodes(&format!("{namespace}/{}", key_text.trim_matches('/')), value)?;
+            match key.data.as_str() {
+                None => self.fault(key, "a name is a text"),
+                Some(PARAMETERS) if namespace.is_empty() => self.fault(key, expected.clone()),
+                Some(PARAMETERS) if fits(namespace, self.node) => self.group("", value),
+                Some(PARAMETERS) => {}
+                Some(name) => self.nodes(&format!("{namespace}/{}", name.trim_matches('/')), value),
             }
         }
-        Ok(())
     }
 
     /// Reads parameters whose names begin with a prefix.
-    fn group(&mut self, prefix: &str, yaml: &MarkedYaml<'_>) -> Result<(), String> {
+    fn group(&mut self, prefix: &str, yaml: &MarkedYaml<'_>) {
         let Some(map) = yaml.data.as_mapping() else {
-            return Err(self.wrong_at(yaml, "expected parameters, as in `goon.fast: 0.3`"));
+            return self.fault(yaml, "expected parameters, as in `goon.fast: 0.3`");
         };
         for (key, value) in map {
-            let own = key
-                .data
-                .as_str()
-                .ok_or_else(|| self.wrong_at(key, "a name is a text"))?;
+            let Some(own) = key.data.as_str() else {
+                self.fault(key, "a name is a text");
+                continue;
+            };
             let name = match prefix {
                 "" => own.to_owned(),
                 prefix => format!("{prefix}.{own}"),
             };
             if value.data.is_mapping() {
-                self.group(&name, value)?;
+                self.group(&name, value);
                 continue;
             }
-            let text = self.value(value).map_err(|error| self.wrong_at(value, &error))?;
-            let parameter = parameter(&name, &text).map_err(|error| self.wrong_at(key, &error))?;
-            let place = format!("{}:{}", self.file.display(), key.span.start.line());
-            self.parameters.push(match parameter {
-                Parameter::Initial(initial) => Parameter::Initial(Override {
+            let Some(text) = toml_of(value) else {
+                self.fault(value, "expected a bool, a number, a text or a list of them");
+                continue;
+            };
+            let place = format!("{}:{}", self.report.file().display(), key.span.start.line());
+            match parameter(&name, &text) {
+                Err(error) => self.fault(key, error),
+                Ok(Parameter::Initial(initial)) => self.parameters.push(Parameter::Initial(Override {
                     place: Some(place),
                     ..initial
-                }),
-                sim_time @ Parameter::SimTime(_) => sim_time,
-            });
+                })),
+                Ok(sim_time @ Parameter::SimTime(_)) => self.parameters.push(sim_time),
+            }
         }
-        Ok(())
     }
 
-    /// Returns a value as TOML.
-    fn value(&self, yaml: &MarkedYaml<'_>) -> Result<String, String> {
-        Ok(match &yaml.data {
-            YamlData::Value(Scalar::Boolean(value)) => value.to_string(),
-            YamlData::Value(Scalar::Integer(value)) => value.to_string(),
-            YamlData::Value(Scalar::FloatingPoint(value)) => format!("{:?}", value.0).to_lowercase(),
-            // Quotes would make it longer than its text.
-            YamlData::Value(Scalar::String(text))
-                if yaml.span.len() == text.len() && boolean(text).is_some() =>
-            {
-                boolean(text).unwrap_or_default().to_owned()
-            }
-            // A text in JSON is one in TOML.
-            YamlData::Value(Scalar::String(text)) => serde_json::Value::from(&**text).to_string(),
-            YamlData::Sequence(elements) => {
-                let elements = elements.iter().map(|element| self.value(element));
-                format!("[{}]", elements.collect::<Result<Vec<_>, _>>()?.join(", "))
-            }
-            _ => return Err("expected a bool, a number, a text or a list of them".to_owned()),
-        })
+    fn fault(&mut self, yaml: &MarkedYaml<'_>, message: impl Into<String>) {
+        let characters = yaml.span.start.index()..yaml.span.end.index();
+        self.report.fault(&self.report.in_bytes(&characters), message);
     }
+}
 
-    fn wrong_at(&self, yaml: &MarkedYaml<'_>, reason: &str) -> String {
-        self.wrong(yaml.span.start.line(), reason)
-    }
-
-    fn wrong(&self, line: usize, reason: &str) -> String {
-        format!("{}:{line}: {reason}", self.file.display())
-    }
+/// Returns a value as TOML; `None` if it is no value of a parameter.
+fn toml_of(yaml: &MarkedYaml<'_>) -> Option<String> {
+    Some(match &yaml.data {
+        YamlData::Value(Scalar::Boolean(value)) => value.to_string(),
+        YamlData::Value(Scalar::Integer(value)) => value.to_string(),
+        YamlData::Value(Scalar::FloatingPoint(value)) => format!("{:?}", value.0).to_lowercase(),
+        // Quotes would make it longer than its text.
+        YamlData::Value(Scalar::String(text)) if yaml.span.len() == text.len() && boolean(text).is_some() => {
+            boolean(text).unwrap_or_default().to_owned()
+        }
+        // A text in JSON is one in TOML.
+        YamlData::Value(Scalar::String(text)) => serde_json::Value::from(&**text).to_string(),
+        YamlData::Sequence(elements) => {
+            let elements: Option<Vec<_>> = elements.iter().map(toml_of).collect();
+            format!("[{}]", elements?.join(", "))
+        }
+        _ => return None,
+    })
 }
 
 /// Whether a pattern is the full name of a node. In it, `*` is any name, and `**` any number of them.
@@ -196,7 +185,7 @@ fn tokens_fit(pattern: &[&str], node: &[&str]) -> bool {
 mod tests {
     use super::*;
 
-    fn read_text(text: &str) -> Result<Vec<String>, String> {
+    fn read_text(text: &str) -> Result<Vec<String>, Faults> {
         let parameters = parse(Path::new("p.yaml"), "/fleet/scout", text)?;
         let text = |parameter: &Parameter| match parameter {
             Parameter::Initial(initial) => initial.to_string(),
@@ -263,17 +252,17 @@ fleet:
     #[test]
     fn what_is_no_parameter_is_refused_with_its_line() {
         for (text, expected) in [
-            ("a: [", "invalid YAML"),
-            ("- a", "p.yaml:1: expected names of nodes"),
-            ("scout:\n  goon.fast: 1", "p.yaml:2: expected names of nodes"),
+            ("a: [", "p.yaml:1:5: this is not YAML"),
+            ("- a", "p.yaml:1:1: expected names of nodes"),
+            ("scout:\n  goon.fast: 1", "p.yaml:2:14: expected names of nodes"),
             (
                 "ros__parameters:\n  goon.fast: 1",
-                "p.yaml:1: expected names of nodes",
+                "p.yaml:1:1: expected names of nodes",
             ),
-            ("/**:\n  ros__parameters: 1", "p.yaml:2: expected parameters"),
+            ("/**:\n  ros__parameters: 1", "p.yaml:2:20: expected parameters"),
             (
                 "/**:\n  ros__parameters:\n    fast: 1",
-                "p.yaml:3: `fast` is no parameter",
+                "p.yaml:3:5: `fast` is not a parameter",
             ),
             (
                 "/**:\n  ros__parameters:\n    a.b:\n",
@@ -281,10 +270,10 @@ fleet:
             ),
             (
                 "/**:\n  ros__parameters:\n    use_sim_time: maybe",
-                "p.yaml:3: `use_sim_time` is true or false",
+                "p.yaml:3:5: `use_sim_time` is true or false",
             ),
         ] {
-            let error = read_text(text).unwrap_err();
+            let error = read_text(text).unwrap_err().to_string();
             assert!(error.contains(expected), "{text}: {error}");
         }
     }

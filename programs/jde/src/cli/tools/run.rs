@@ -5,20 +5,19 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 use jde_app::{Application, Override};
 use jde_core::Nanos;
+use jde_session::cli::{conclude, start_log};
+use jde_session::clock::Time;
+use jde_session::load;
+use jde_session::log::Filter;
+use jde_session::run::{self as session, Extension, ProgressMode, RunOptions, RunView};
+use jde_terminal as terminal;
 
 use super::link::Link;
 use super::recording::RecordingArgs;
 use super::ros_args::RosArgs;
-use crate::cli::clock::Time;
-use crate::cli::{conclude, start_log};
+use crate::extensions::{Breakpoints, LinkOptions, RosOptions};
 use crate::failure::Failure;
-use crate::load;
-use crate::log::Filter;
 use crate::quantity;
-use crate::session::{
-    self, Breakpoints, Extension, LinkOptions, ProgressMode, RosOptions, RunOptions, RunView,
-};
-use crate::terminal;
 
 /// Run an application: on a terminal with the oscilloscope, in a pipe with a line for every takeover and its
 /// reason.
@@ -62,8 +61,7 @@ pub(crate) struct Run {
     /// continue, make a step or quit. The conditions are those of --when. Drivers of devices refuse it.
     #[arg(long = "break", value_name = "CONDITION")]
     breakpoints: Vec<String>,
-    /// Let breakpoint() in this schema in Python stop it at this terminal (repeatable). Its commands end meanwhile,
-    /// and its call is not late.
+    /// Let breakpoint() in this schema in Python stop it at this terminal (repeatable). Meanwhile its commands are neutral, and its call does not count as late.
     #[arg(long, value_name = "SCHEMA", conflicts_with = "breakpoints")]
     debug_python: Vec<String>,
     /// Print lines instead of the oscilloscope.
@@ -145,23 +143,23 @@ impl Run {
         };
         let finished = session::run(loaded, options, &log)?;
         // A node of ROS 2 that is asked to end has done what was asked, whatever its mission.
-        conclude(finished, "", self.json, |summary| {
+        Ok(conclude(finished, "", self.json, |summary| {
             summary.is_fulfilled() || is_node && summary.was_stopped()
-        })
+        })?)
     }
 }
 
 /// Marks the schemas whose debugger uses this terminal.
 fn debug_python(application: &mut Application, names: &[String]) -> Result<(), Failure> {
     for name in names {
-        let Some(number) = application.instance(name) else {
+        let Some(id) = application.instance(name) else {
             let known = application
                 .instances
                 .iter()
                 .map(|instance| instance.name.as_str());
             return Err(Failure::unknown("schema", name, known));
         };
-        let instance = &mut application.instances[number];
+        let instance = &mut application.instances[id];
         if !application.plugins[instance.plugin].isolated {
             return Err(Failure::usage(
                 format!("schema `{name}` is not in Python"),

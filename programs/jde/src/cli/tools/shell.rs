@@ -8,22 +8,21 @@ use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use clap::builder::Resettable;
 use clap::{Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::ArgValueCompleter;
+use jde_session::cli::print_help;
+use jde_session::log::Log;
+use jde_terminal::interrupt::{SignalListener, exit_by_signal};
+use jde_terminal::{self as terminal, FAINT, TITLE};
+use ratatui::crossterm::terminal::disable_raw_mode;
 use reedline::{
     ColumnarMenu, Completer, CompletionResult, DefaultHinter, Emacs, FileBackedHistory, KeyCode,
     KeyModifiers, MenuBuilder, Prompt, PromptEditMode, PromptHistorySearch, PromptHistorySearchStatus,
     Reedline, ReedlineEvent, ReedlineMenu, Signal, Span, Suggestion, default_emacs_keybindings,
 };
-
-use ratatui::crossterm::terminal::disable_raw_mode;
 use signal_hook::consts::{SIGHUP, SIGINT};
 
 use super::client::{Client, Context, Target};
-use crate::cli::print_help;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::{SignalListener, exit_by_signal};
-use crate::log::Log;
-use crate::terminal::{self, FAINT, TITLE};
 
 /// The most lines of history.
 const HISTORY: usize = 5000;
@@ -104,7 +103,7 @@ fn run_piped(context: &Context) -> Result<(), Failure> {
             break;
         }
         if signals.last_signal.load(Ordering::SeqCst) == SIGINT {
-            return Err(Failure::Broken(format!(
+            return Err(Failure::broken(format!(
                 "interrupted at `{line}`; the lines after it were not run"
             )));
         }
@@ -229,7 +228,7 @@ fn run_interactive(context: &Context) -> Result<(), Failure> {
             Ok(Signal::CtrlC) => {}
             Ok(Signal::CtrlD) => return Ok(()),
             Ok(_) => {}
-            Err(error) => return Err(Failure::Broken(format!("the terminal cannot be read: {error}"))),
+            Err(error) => return Err(Failure::broken(format!("the terminal cannot be read: {error}"))),
         }
     }
 }
@@ -391,7 +390,9 @@ mod tests {
         let context = Context::default();
         assert!(matches!(execute("  # nothing", &context), Ok(Flow::Continue)));
         assert!(matches!(execute("quit", &context), Ok(Flow::Exit)));
-        let Err(Failure::Usage { message, .. }) = execute("plya goon", &context) else {
+        let Err(Failure::Run(crate::failure::RunFailure::Usage { message, .. })) =
+            execute("plya goon", &context)
+        else {
             panic!("the verb is unknown");
         };
         assert!(message.contains("unrecognized subcommand 'plya'"), "{message}");

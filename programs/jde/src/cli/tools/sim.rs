@@ -8,19 +8,19 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args, ValueHint};
 use jde_core::Nanos;
+use jde_drawing::text::counted;
 use jde_p2os::Model;
 use jde_p2os_server::{EndpointAddress, Options, RobotStats, Server, ServerError};
+use jde_session::cli::print_json;
+use jde_session::clock::speed;
+use jde_session::paths;
 use jde_sim::World;
+use jde_terminal::interrupt::{self, SignalListener};
+use jde_terminal::{self as terminal, BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 use serde::Serialize;
 
-use crate::cli::clock::speed;
-use crate::cli::print_json;
 use crate::failure::Failure;
-use crate::interrupt::{self, SignalListener};
-use crate::paths;
 use crate::quantity;
-use crate::summary::pluralize;
-use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 
 /// The default TCP port of the protocol.
 const PORT: u16 = 8101;
@@ -88,8 +88,7 @@ impl Sim {
     /// Serves the world until a signal or the time limit.
     pub(super) fn run(self) -> Result<(), Failure> {
         let file = paths::find_world(&self.world)?;
-        let world = World::load(file, self.seed)
-            .map_err(|error| Failure::usage(error.to_string(), "correct the world's file"))?;
+        let world = World::load(file, self.seed).map_err(Failure::world)?;
         let options = Options {
             tcp: self.p2os,
             terminal: self.pty,
@@ -186,9 +185,9 @@ fn write_robot(robot: &RobotStats, output: &mut TextWriter) -> std::io::Result<(
         "{TITLE}{}{TITLE:#}: {:.1} m driven, {style}{}{style:#}, never nearer than {:.2} m to anything, {}",
         robot.robot,
         robot.travelled,
-        pluralize(robot.collisions, "collision"),
+        counted(robot.collisions, "collision"),
         robot.min_clearance.max(0.0),
-        pluralize(robot.sessions, "session")
+        counted(robot.sessions, "session")
     )
 }
 
@@ -209,7 +208,7 @@ fn server_failure(error: ServerError) -> Failure {
         ServerError::NoEndpoints | ServerError::NoPort(_) | ServerError::Wait(_) => "see jde sim --help",
     };
     match error {
-        ServerError::Wait(error) => Failure::Output(error),
+        ServerError::Wait(error) => error.into(),
         error => Failure::usage(error.to_string(), help),
     }
 }

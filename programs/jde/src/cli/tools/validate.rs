@@ -8,19 +8,21 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_loader::SearchPath;
 use jde_loader::python::is_python;
+use jde_session::cli::{print_json, print_value};
+use jde_session::load;
+use jde_terminal as terminal;
+use jde_terminal::{BAD, FAINT, GOOD, TITLE};
 use jde_validate::{CHECKS, Finding, ValidationError, Verdict, validate};
 
-use crate::cli::{print_json, print_value};
 use crate::failure::{Failure, display_path};
-use crate::terminal::{BAD, FAINT, GOOD, TITLE};
-use crate::{child, complete, load, terminal};
+use crate::{child, complete};
 
 /// How long a check may take.
 const TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Validate a plugin: check whether it keeps the promises of the ABI (jde.h), in any language that makes libraries.
 ///
-/// Runs each check in a process of its own, which a plugin that crashes or hangs takes along. Opens no device.
+/// Runs each check in a process of its own, so a plugin that crashes or hangs fails that check alone. Opens no device.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde validate target/debug/libfollow.so
@@ -68,7 +70,7 @@ impl Validate {
                     Failure::unknown("check", &name, CHECKS.iter().map(|check| check.name))
                 }
                 ValidationError::NotStarted(error) => {
-                    Failure::Broken(format!("no process can be started: {error}"))
+                    Failure::broken(format!("no process can be started: {error}"))
                 }
             })?;
         print_value(self.json, &findings, |findings, out| write(&file, findings, out))?;
@@ -85,7 +87,7 @@ fn list(json: bool) -> Result<(), Failure> {
         let checks = CHECKS
             .iter()
             .map(|check| serde_json::json!({ "check": check.name, "promise": check.promise }));
-        return print_json(&checks.collect::<Vec<_>>());
+        return Ok(print_json(&checks.collect::<Vec<_>>())?);
     }
     let mut out = terminal::out();
     for check in CHECKS {

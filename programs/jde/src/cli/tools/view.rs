@@ -1,15 +1,14 @@
 //! `jde view`: opens windows on a running application or a recording.
 
-use std::env;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_view::Opening;
+use jde_session::log::{Filter, Log};
 
 use super::client::{Context, Target};
 use crate::failure::Failure;
-use crate::log::{Filter, Log};
+use crate::windows;
 
 /// Open windows on a running application, on this machine or across a network, or on a recording.
 ///
@@ -36,29 +35,7 @@ impl View {
         Log::start(filter.unwrap_or_default());
         let (recording, application) = self.resolve_source()?;
         let reach = context.reach(&self.target)?;
-        let program = env::current_exe()
-            .map_err(|error| Failure::Broken(format!("the path of this program cannot be found: {error}")))?;
-        let opening = Opening {
-            reach,
-            application,
-            recording,
-            player: [program.as_os_str()]
-                .into_iter()
-                .chain(["replay", "--plain", "--stay", "--until-eof"].map(OsStr::new))
-                .map(OsStr::to_owned)
-                .collect(),
-            recordings: env::current_dir().into_iter().collect(),
-        };
-        jde_view::run(opening).map_err(|error| match error {
-            jde_view::Error::NoScreen => Failure::usage(
-                error.to_string(),
-                "without a screen: jde top in this terminal, or jde view --at on a machine that has one",
-            ),
-            jde_view::Error::NoCard(_)
-            | jde_view::Error::Lost(_)
-            | jde_view::Error::Taken(_)
-            | jde_view::Error::Window(_) => Failure::Broken(error.to_string()),
-        })
+        windows::open(reach, application, recording)
     }
 
     /// Returns the recording or the application to open. Neither selects the only running application, or the

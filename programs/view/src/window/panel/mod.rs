@@ -20,7 +20,7 @@ use jde_records::snapshot::HoldKind;
 use jde_records::wire::state_name;
 
 use super::{Window, body};
-use crate::session::{Outcome, Session};
+use crate::session::{Outcome, WindowSession};
 use crate::style::{self, Style};
 use layout::ListLayout;
 use state::PanelState;
@@ -71,7 +71,7 @@ impl Panel {
 
     /// Shows the state of the schema, and why its panel is old or missing. Returns whether the panel accepts
     /// gestures.
-    fn head(&self, ui: &mut Ui, session: &Session, style: &Style) -> bool {
+    fn head(&self, ui: &mut Ui, session: &WindowSession, style: &Style) -> bool {
         let Some(view) = session.view(&self.schema) else {
             ui.label(faint(
                 style,
@@ -170,7 +170,7 @@ impl Panel {
 }
 
 impl Window for Panel {
-    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+    fn show(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         let alive = self.head(ui, session, style);
         if session.view(&self.schema).is_none() {
             return;

@@ -13,21 +13,21 @@ use eframe::egui::{self, Panel, ScrollArea, Ui};
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::Style;
-use drive::Drive;
+use drive::ManualDrive;
 use picture::Pictures;
 use plane::Plane;
-use sensors::{Candidates, Choice, Sensors};
+use sensors::{Candidates, RobotChoice, Sensors};
 
 /// Below this width, in points, the column of numbers is shown below the plane instead of beside it.
 const NARROW: f32 = 560.0;
 
 /// The window.
 pub(crate) struct RobotWindow {
-    choice: Choice,
+    choice: RobotChoice,
     plane: Plane,
-    drive: Drive,
+    drive: ManualDrive,
     senses: Sensors,
     pictures: Pictures,
 }
@@ -36,7 +36,7 @@ pub(crate) struct RobotWindow {
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default)]
 struct SavedState {
-    choice: Choice,
+    choice: RobotChoice,
     plane: Plane,
     /// In m/s.
     speed: Option<f64>,
@@ -49,13 +49,13 @@ impl RobotWindow {
         Self {
             choice: saved.choice,
             plane: saved.plane,
-            drive: Drive::new(saved.speed),
+            drive: ManualDrive::new(saved.speed),
             senses: Sensors::default(),
             pictures: Pictures::default(),
         }
     }
 
-    fn column(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+    fn column(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         self.drive.show(ui, session, &self.senses, style);
         ui.separator();
         table::show(ui, &self.senses, Some(session), style);
@@ -69,7 +69,7 @@ impl RobotWindow {
 }
 
 impl Window for RobotWindow {
-    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+    fn show(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         let offer = self.senses.update(session, &self.choice);
         bar(ui, &mut self.choice, &mut self.plane, &self.senses, &offer);
         let size = ui.available_size();
@@ -103,7 +103,7 @@ impl Window for RobotWindow {
 }
 
 /// The bar of choices: the robot, the laser, and what the plane shows.
-fn bar(ui: &mut Ui, choice: &mut Choice, plane: &mut Plane, senses: &Sensors, offer: &Candidates) {
+fn bar(ui: &mut Ui, choice: &mut RobotChoice, plane: &mut Plane, senses: &Sensors, offer: &Candidates) {
     ui.horizontal_wrapped(|ui| {
         if senses.bodies.len() > 1 {
             choice_box(ui, "Robot", &senses.body, &senses.bodies, &mut choice.body);

@@ -7,7 +7,7 @@ use jde_link::Rate;
 
 use super::reading::{Reading, sampled};
 use crate::picture::{self, Picture};
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{self, Style};
 
 /// Maximum rate of images.
@@ -26,7 +26,7 @@ struct Shown {
 
 impl Pictures {
     /// Shows the image of a camera, as wide as the space allows.
-    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, camera: &str, style: &Style) {
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &WindowSession, camera: &str, style: &Style) {
         let variable = session
             .variables()
             .iter()

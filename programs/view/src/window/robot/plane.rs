@@ -79,7 +79,7 @@ impl Plane {
         let canvas = Canvas::new("around the robot", home).forward_up(self.ahead_up);
         let mut view = std::mem::take(&mut self.view);
         canvas.show(ui, style, &mut view, |draw| {
-            let mut drawing = Drawing {
+            let mut drawing = PlaneDrawing {
                 draw,
                 style,
                 robot,
@@ -114,7 +114,7 @@ fn around(trail: &Trail, pose: Pose2D) -> Area {
     }
 }
 
-struct Drawing<'a, 'p> {
+struct PlaneDrawing<'a, 'p> {
     draw: &'a mut Draw2d<'p>,
     style: &'a Style,
     /// The robot's pose on the plane.
@@ -123,7 +123,7 @@ struct Drawing<'a, 'p> {
     floor: Pose2D,
 }
 
-impl Drawing<'_, '_> {
+impl PlaneDrawing<'_, '_> {
     fn all(&mut self, plane: &Plane, senses: &Sensors) {
         if plane.laser
             && let Some(laser) = senses.laser.value()

@@ -5,7 +5,7 @@ use jde_link::message::VariableInfo;
 use jde_link::{Rate, Sample};
 use jde_types::Value;
 
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// A value is stale after this many periods of its driver.
 const PERIODS: f64 = 4.0;
@@ -103,8 +103,8 @@ impl NoReading {
         match self {
             Self::Waiting => "waiting for the first value".to_owned(),
             Self::Asleep(owner) => format!("no value: {owner} sleeps, because no schema needs it"),
-            Self::Silent(owner) => format!("no value: {owner} has none now"),
-            Self::Never(owner) => format!("no value: {owner} has had none"),
+            Self::Silent(owner) => format!("no value from {owner} any more"),
+            Self::Never(owner) => format!("no value from {owner} yet"),
             Self::Trouble(trouble) => format!("no value: {trouble}"),
         }
     }
@@ -122,13 +122,17 @@ impl Freshness {
 }
 
 /// The newest value of a variable; [`Reading::Absent`] for `None`. Call in each frame.
-pub(super) fn read<T: Value>(session: &Session, variable: Option<&VariableInfo>, rate: Rate) -> Reading<T> {
+pub(super) fn read<T: Value>(
+    session: &WindowSession,
+    variable: Option<&VariableInfo>,
+    rate: Rate,
+) -> Reading<T> {
     sampled(session, variable, rate).map(|sample| T::from_bytes(sample.bytes.as_deref()?))
 }
 
 /// As [`read`], for values that are too large to copy.
 pub(super) fn sampled(
-    session: &Session,
+    session: &WindowSession,
     variable: Option<&VariableInfo>,
     rate: Rate,
 ) -> Reading<std::sync::Arc<Sample>> {

@@ -10,7 +10,7 @@ use jde_types::{
 use super::super::body::outline;
 use super::super::trail::Trail;
 use super::reading::{Reading, read};
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// Rate of values that are drawn.
 const DRAWN_RATE: Rate = Rate::Hz(20);
@@ -20,7 +20,7 @@ const NUMBER_RATE: Rate = Rate::Hz(5);
 /// The user's choice among several robots and lasers.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default)]
-pub(super) struct Choice {
+pub(super) struct RobotChoice {
     /// The schema that drives the wheels.
     pub(super) body: Option<String>,
     /// The laser's variable.
@@ -67,7 +67,7 @@ pub(super) struct Sensors {
 
 impl Sensors {
     /// Reads the newest values, and extends the path. Call in each frame. Returns the user's choices.
-    pub(super) fn update(&mut self, session: &Session, choice: &Choice) -> Candidates {
+    pub(super) fn update(&mut self, session: &WindowSession, choice: &RobotChoice) -> Candidates {
         let bodies: Vec<String> = session
             .exports::<Odometry>()
             .map(|variable| variable.owner.clone())
@@ -151,7 +151,11 @@ fn belongs(variable: &VariableInfo, body: &str, bodies: &[String]) -> bool {
 }
 
 /// The export of a type that belongs to the body, or else the first that belongs to no other body.
-fn sensor<'a, T: Value>(session: &'a Session, body: &str, bodies: &[String]) -> Option<&'a VariableInfo> {
+fn sensor<'a, T: Value>(
+    session: &'a WindowSession,
+    body: &str,
+    bodies: &[String],
+) -> Option<&'a VariableInfo> {
     let mut all = session
         .exports::<T>()
         .filter(|variable| belongs(variable, body, bodies));
@@ -163,7 +167,7 @@ fn sensor<'a, T: Value>(session: &'a Session, body: &str, bodies: &[String]) -> 
 }
 
 /// The command to the base that is in force.
-fn commanded(session: &Session, body: &str) -> Reading<Twist> {
+fn commanded(session: &WindowSession, body: &str) -> Reading<Twist> {
     let twist = Twist::describe().name;
     let command = session.variables().iter().find(|variable| {
         variable.access == "command" && variable.owner == body && variable.type_name == twist

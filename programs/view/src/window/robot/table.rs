@@ -11,7 +11,7 @@ use jde_types::{
 
 use super::reading::{Freshness, NoReading, Reading};
 use super::sensors::Sensors;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{self, Style};
 
 /// Charge below which a battery is low, and nearly empty, from 0 to 1.
@@ -19,7 +19,7 @@ const LOW: f32 = 0.3;
 const EMPTY: f32 = 0.15;
 
 /// Shows the table. Without a session it has no buttons that wake schemas: for pictures.
-pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, style: &Style) {
+pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession>, style: &Style) {
     let mut rows = Rows {
         session,
         style,
@@ -105,7 +105,7 @@ pub(super) fn age(ui: &mut Ui, fresh: &Freshness, style: &Style) {
 }
 
 /// A button with which an operator wakes a SLEPT schema.
-pub(super) fn play(ui: &mut Ui, session: &Session, sleeper: Option<&str>) {
+pub(super) fn play(ui: &mut Ui, session: &WindowSession, sleeper: Option<&str>) {
     let Some(schema) = sleeper else { return };
     let button = ui
         .button(format!("Play {schema}"))
@@ -118,7 +118,7 @@ pub(super) fn play(ui: &mut Ui, session: &Session, sleeper: Option<&str>) {
 }
 
 struct Rows<'a> {
-    session: Option<&'a Session>,
+    session: Option<&'a WindowSession>,
     style: &'a Style,
     /// Names of sensors that the application lacks.
     absent: Vec<&'static str>,

@@ -1,13 +1,11 @@
 //! States over time as columns of the screen. A lasting state is a bar whose height is its activity. A column
 //! with changes extends from the least to the most active state in it, so that no change is lost at any zoom.
 
-use std::collections::VecDeque;
-
 use eframe::egui::{Color32, Mesh, Rangef, Rect, pos2};
 use jde_core::State;
+use jde_timeline::Track;
 
 use super::axis::Scale;
-use crate::session::StateInterval;
 use crate::style::{self, Style};
 
 /// Number of intervals examined at the beginning and at the end of a column.
@@ -32,35 +30,31 @@ pub(super) struct ColumnRun {
 ///
 /// The cost is the number of columns times the logarithm of the intervals in each, not the number of
 /// intervals.
-pub(super) fn runs(
-    bands: &VecDeque<StateInterval>,
-    scale: &Scale,
-    columns: usize,
-    now: f64,
-    runs: &mut Vec<ColumnRun>,
-) {
+pub(super) fn runs(bands: &Track<State>, scale: &Scale, columns: usize, now: f64, runs: &mut Vec<ColumnRun>) {
     runs.clear();
-    let Some(first) = bands.front() else { return };
+    let Some(first) = bands.get(0) else { return };
     if columns == 0 {
         return;
     }
     let width = (scale.to - scale.from) / columns as f64;
     let column_of = |time: f64| ((time - scale.from) / width).floor().clamp(0.0, columns as f64) as usize;
     let end = if now >= scale.to { columns } else { column_of(now) };
-    let mut column = column_of(first.from);
-    let mut band = bands.partition_point(|band| band.from <= scale.from + column as f64 * width);
+    let mut column = column_of(first.from_s());
+    let mut band = bands.partition_point(|band| band.from_s() <= scale.from + column as f64 * width);
     band = band.saturating_sub(1);
     while column < end {
         // The next interval begins with this column.
         if bands
             .get(band + 1)
-            .is_some_and(|next| next.from <= scale.from + column as f64 * width)
+            .is_some_and(|next| next.from_s() <= scale.from + column as f64 * width)
         {
             band += 1;
         }
         let column_end = scale.from + (column + 1) as f64 * width;
-        let next = bands.get(band + 1).map_or(f64::INFINITY, |next| next.from);
-        let state = bands[band].state;
+        let next = bands.get(band + 1).map_or(f64::INFINITY, |next| next.from_s());
+        let Some(state) = bands.get(band).map(|band| band.value) else {
+            return;
+        };
         if next >= column_end {
             let to = column_of(next).clamp(column + 1, end);
             push(
@@ -80,10 +74,9 @@ pub(super) fn runs(
         let near = (band + EXAMINED).min(last);
         let far = last.saturating_sub(EXAMINED).max(near);
         let (mut low, mut high) = (state, state);
-        for state in bands
-            .range(band..=near)
-            .chain(bands.range(far..=last))
-            .map(|band| band.state)
+        for state in (band..=near)
+            .chain(far..=last)
+            .filter_map(|place| Some(bands.get(place)?.value))
         {
             if level(state) < level(low) {
                 low = state;
@@ -111,8 +104,8 @@ pub(super) fn runs(
 }
 
 /// The last interval that begins before a time, starting at one that does: by doubling, then halving steps.
-fn last_before(bands: &VecDeque<StateInterval>, from: usize, end: f64) -> usize {
-    let begins = |place: usize| bands.get(place).is_some_and(|band| band.from < end);
+fn last_before(bands: &Track<State>, from: usize, end: f64) -> usize {
+    let begins = |place: usize| bands.get(place).is_some_and(|band| band.from_s() < end);
     let (mut low, mut step) = (from, 1);
     while begins(low + step) {
         low += step;
@@ -189,9 +182,9 @@ pub(super) fn draw(mesh: &mut Mesh, runs: &[ColumnRun], row: Rect, step: f32, st
 mod tests {
     use super::*;
 
-    fn bands(list: &[(f64, State)]) -> VecDeque<StateInterval> {
+    fn bands(list: &[(f64, State)]) -> Track<State> {
         list.iter()
-            .map(|&(from, state)| StateInterval { from, state })
+            .map(|&(from, state)| ((from * 1e9).round() as u64, state))
             .collect()
     }
 

@@ -7,7 +7,7 @@ use jde_panel::Ink;
 
 use super::axis::{self, Scale};
 use super::input::Input;
-use super::trigger::{Mode, Phase};
+use super::trigger::{Mode, TriggerPhase};
 use super::{Scope, trigger::Trigger};
 use crate::style::{self, Style, time};
 
@@ -126,8 +126,8 @@ impl Scope {
             }
         });
         if arm {
-            self.trigger.arm(seen.schemas, variables, seen.past);
-            if self.trigger.phase() == &Phase::Off {
+            self.trigger.arm(seen.schemas, variables, seen.timeline);
+            if self.trigger.phase() == &TriggerPhase::Off {
                 self.axis.follow();
             }
         }
@@ -146,7 +146,7 @@ impl Scope {
             .accessible_name("Mode of the trigger");
         let place = ui
             .button("place")
-            .on_hover_text("The position of the firing in the window. What led to it is to its left.");
+            .on_hover_text("The position of the firing in the window. Its causes are to its left.");
         Popup::menu(&place)
             .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
             .show(|ui| {
@@ -191,9 +191,11 @@ impl Scope {
 /// Shows the phase of the trigger.
 fn status(ui: &mut Ui, trigger: &Trigger, style: &Style) {
     let (text, color) = match trigger.phase() {
-        Phase::Off => ("off".to_owned(), Ink::Faint),
-        Phase::Armed => ("armed".to_owned(), Ink::Warn),
-        Phase::Fired { at } | Phase::Done { at } => (format!("triggered at {at:.3} s"), Ink::Good),
+        TriggerPhase::Off => ("off".to_owned(), Ink::Faint),
+        TriggerPhase::Armed => ("armed".to_owned(), Ink::Warn),
+        TriggerPhase::Fired { at } | TriggerPhase::Done { at } => {
+            (format!("triggered at {at:.3} s"), Ink::Good)
+        }
     };
     let response = ui.label(RichText::new(text).color(style::color_of(color, style)));
     if let Some((at, text)) = trigger.last() {

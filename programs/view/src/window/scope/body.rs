@@ -6,11 +6,12 @@ use eframe::egui::{
     vec2,
 };
 use jde_panel::Ink;
+use jde_timeline::{HierarchyRow, Item, OTHERS};
 
 use super::axis::Scale;
 use super::input::{Input, Request};
 use super::paint::{self, ROW};
-use super::rows::{self, Row};
+use super::rows;
 use super::ruler;
 use super::signals::ROW_HEIGHT;
 use super::table::{self, Table};
@@ -39,7 +40,12 @@ impl Scope {
             return;
         }
         let parts = self.parts(ui, area);
-        let (list, left_out) = rows::rows(seen.snapshot, &self.filter, &self.folded);
+        let (list, left_out) = rows::rows(
+            seen.timeline.hierarchy(),
+            seen.snapshot,
+            &self.filter,
+            &self.folded,
+        );
         self.left_out = left_out;
         let id = ui.scope_id().with("traces");
         self.keys(ui, id, seen, &list, requests);
@@ -130,7 +136,7 @@ impl Scope {
         &mut self,
         ui: &mut Ui,
         seen: &Input<'_>,
-        list: &[Row],
+        list: &[HierarchyRow],
         parts: &Regions,
         table: &Table,
         pointer: &Response,
@@ -138,12 +144,7 @@ impl Scope {
         style: &Style,
         requests: &mut Vec<Request>,
     ) {
-        let selected = |row: &Row| match row {
-            Row::Schema { schema, .. } => {
-                Some(&seen.snapshot.schemas[*schema].name) == self.selected.as_ref()
-            }
-            Row::Group { .. } | Row::Ungrouped => false,
-        };
+        let selected = |row: &HierarchyRow| selected_row(&self.selected, seen, row);
         let mut area = ScrollArea::vertical().id_salt("rows").auto_shrink(false);
         if std::mem::take(&mut self.reveal)
             && let Some(place) = list.iter().position(selected)
@@ -154,8 +155,8 @@ impl Scope {
         // The row of each schema; schemas in folded parts have none.
         let mut places = vec![None; seen.snapshot.schemas.len()];
         for (place, row) in list.iter().enumerate() {
-            if let Row::Schema { schema, .. } = row {
-                places[*schema] = Some(place);
+            if let Some(schema) = row.schema() {
+                places[schema] = Some(place);
             }
         }
         let inside = UiBuilder::new().max_rect(parts.rows);
@@ -171,9 +172,8 @@ impl Scope {
                 };
                 let first = (visible.min.y / ROW).floor().max(0.0) as usize;
                 let last = ((visible.max.y / ROW).ceil().max(0.0) as usize).min(list.len());
-                let index = std::mem::take(&mut self.index);
                 let pixel = 1.0 / ui.pixels_per_point();
-                let mut drawn = Traces::new(seen, &index, *scale, style, pixel);
+                let mut drawn = Traces::new(seen, *scale, style, pixel);
                 let overlay = ui.painter().with_clip_rect(
                     Rect::from_x_y_ranges(parts.x, parts.rows.y_range()).intersect(ui.clip_rect()),
                 );
@@ -186,13 +186,14 @@ impl Scope {
                         table::is_hovered(pointer, rect),
                     );
                     let trace = Rect::from_x_y_ranges(parts.x, rect.y_range());
-                    match *row {
-                        Row::Group { group, depth } => {
+                    let depth = row.depth;
+                    match row.item {
+                        Item::Group(group) => {
                             let view = &seen.snapshot.groups[group];
                             table.group(ui, rect, seen, view, depth, style);
                             drawn.group(&overlay, trace, view);
                         }
-                        Row::Schema { schema, depth, below } => {
+                        Item::Schema(schema, below) => {
                             let view = &seen.snapshot.schemas[schema];
                             let done = table.schema(
                                 ui,
@@ -213,16 +214,10 @@ impl Scope {
                             }
                             drawn.schema(&overlay, trace, view);
                         }
-                        Row::Ungrouped => {
+                        Item::Others => {
                             let line = rect.with_min_x(rect.left() + 6.0).with_max_x(table.right);
                             let faint = ui.visuals().weak_text_color();
-                            paint::write(
-                                ui.painter(),
-                                line,
-                                "drivers and perception",
-                                paint::small(),
-                                faint,
-                            );
+                            paint::write(ui.painter(), line, OTHERS, paint::small(), faint);
                         }
                     }
                 }
@@ -245,18 +240,15 @@ impl Scope {
                     }
                 }
                 self.point(ui, pointer, &drawn, list, &parts.rows, top);
-                self.index = index;
             })
         });
         self.scrolled = output.inner.state.clamped_offset().y;
     }
 }
 
-fn selected_row(selected: &Option<String>, seen: &Input<'_>, row: &Row) -> bool {
-    match row {
-        Row::Schema { schema, .. } => Some(&seen.snapshot.schemas[*schema].name) == selected.as_ref(),
-        Row::Group { .. } | Row::Ungrouped => false,
-    }
+fn selected_row(selected: &Option<String>, seen: &Input<'_>, row: &HierarchyRow) -> bool {
+    let schema = row.schema().map(|schema| &seen.snapshot.schemas[schema].name);
+    schema.is_some() && schema == selected.as_ref()
 }
 
 /// Draws the time at which the trigger last fired.

@@ -43,7 +43,7 @@ pub(crate) fn find(of: &Type, path: &str) -> Result<FieldPath, String> {
         let field = value_type.fields.iter().find(|field| field.name == name);
         let field = field.ok_or_else(|| {
             let names = value_type.fields.iter().map(|field| field.name.as_str());
-            let nearest = jde_link::nearest(name, names)
+            let nearest = jde_nearest::nearest(name, names)
                 .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
             format!("a {} has no field `{name}`{nearest}", value_type.name)
         })?;

@@ -6,10 +6,10 @@ use jde_link::message::{GroupInfo, SchemaInfo, Schemas, VariableInfo};
 use jde_records::event::{OperatorAction, StateChange, What};
 use jde_records::snapshot::{GroupView, Hold, HoldKind, SchemaView, Snapshot};
 use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
+use jde_timeline::{Hierarchy, Keep, Timeline};
 
 use super::Scope;
 use super::input::{Input, Request};
-use crate::session::History;
 use crate::style::Style;
 
 impl Scope {
@@ -29,7 +29,7 @@ impl Scope {
 pub(crate) struct Fixed {
     pub(crate) snapshot: Snapshot,
     pub(crate) schemas: Schemas,
-    pub(crate) past: History,
+    pub(crate) timeline: Timeline,
 }
 
 impl Fixed {
@@ -37,7 +37,7 @@ impl Fixed {
         Input {
             snapshot: &self.snapshot,
             schemas: &self.schemas,
-            past: &self.past,
+            timeline: &self.timeline,
             accepts_requests: true,
         }
     }
@@ -64,7 +64,7 @@ impl Fixed {
                 schemas: schemas.collect(),
                 groups: groups.collect(),
             },
-            past: History::new(),
+            timeline: Timeline::new(Hierarchy::of_snapshot(&snapshot), Keep::LIVE),
             snapshot,
         }
     }
@@ -77,7 +77,7 @@ impl Fixed {
             from,
             to,
         };
-        self.past.add_line(RunRecord::State(change), 0);
+        self.timeline.add(&RunRecord::State(change));
     }
 }
 
@@ -182,10 +182,8 @@ pub(crate) fn navigation() -> Fixed {
         (8.0, "example/base", Some("vff"), "stop", Case::Forced),
     ];
     for (number, (time_s, group, before, choice, case)) in (1..).zip(turns) {
-        fixed.past.add_line(
-            RunRecord::Decision(selection(number, time_s, group, before, choice, case)),
-            0,
-        );
+        let selection = selection(number, time_s, group, before, choice, case);
+        fixed.timeline.add(&RunRecord::Decision(selection));
     }
     let overrun = What::Overrun {
         schema: "goon".to_owned(),
@@ -200,9 +198,9 @@ pub(crate) fn navigation() -> Fixed {
         losses: Vec::new(),
     };
     for event in [overrun.at(2_500_000_000), operator.at(8_000_000_000)] {
-        fixed.past.add_line(RunRecord::Other(event), 0);
+        fixed.timeline.add(&RunRecord::Other(event));
     }
-    fixed.past.add_snapshot(&fixed.snapshot.clone());
+    fixed.timeline.add_snapshot(&fixed.snapshot);
     fixed
 }
 

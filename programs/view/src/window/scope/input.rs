@@ -2,8 +2,7 @@
 
 use jde_link::message::{Action, Schemas};
 use jde_records::snapshot::Snapshot;
-
-use crate::session::History;
+use jde_timeline::Timeline;
 
 /// The data to show.
 pub(super) struct Input<'a> {
@@ -11,8 +10,8 @@ pub(super) struct Input<'a> {
     pub(super) snapshot: &'a Snapshot,
     /// The declarations of the schemas and groups.
     pub(super) schemas: &'a Schemas,
-    /// The past.
-    pub(super) past: &'a History,
+    /// What happened until then.
+    pub(super) timeline: &'a Timeline,
     /// Whether the application accepts requests.
     pub(super) accepts_requests: bool,
 }

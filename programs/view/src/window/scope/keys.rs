@@ -4,11 +4,10 @@
 
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
 use jde_link::message::Action;
+use jde_timeline::HierarchyRow;
 
 use super::Scope;
-use super::index;
 use super::input::{Input, Request};
-use super::rows::Row;
 
 /// The keys that the traces keep for themselves while they have the focus.
 const FILTER: EventFilter = EventFilter {
@@ -24,7 +23,7 @@ impl Scope {
         ui: &Ui,
         traces: Id,
         seen: &Input<'_>,
-        rows: &[Row],
+        rows: &[HierarchyRow],
         requests: &mut Vec<Request>,
     ) {
         let focused = ui.memory(|memory| memory.focused());
@@ -37,8 +36,8 @@ impl Scope {
         ui.memory_mut(|memory| memory.set_focus_lock_filter(traces, FILTER));
         for (key, forward) in [(Key::ArrowLeft, false), (Key::ArrowRight, true)] {
             if take(ui, key)
-                && let Some(number) = self.why.turn(&self.index, forward)
-                && let Some(decision) = index::decision(seen.past, number)
+                && let Some(number) = self.why.turn(seen.timeline.log(), forward)
+                && let Some(decision) = seen.timeline.log().decisions().find(number)
             {
                 self.axis.reveal(decision.time_s, seen.now());
             }
@@ -76,13 +75,10 @@ impl Scope {
     }
 
     /// Moves the selection by a number of schemas, limited to the ends of the list.
-    fn select(&mut self, seen: &Input<'_>, rows: &[Row], step: isize) {
+    fn select(&mut self, seen: &Input<'_>, rows: &[HierarchyRow], step: isize) {
         let order: Vec<_> = rows
             .iter()
-            .filter_map(|row| match row {
-                Row::Schema { schema, .. } => seen.snapshot.schemas.get(*schema),
-                Row::Group { .. } | Row::Ungrouped => None,
-            })
+            .filter_map(|row| seen.snapshot.schemas.get(row.schema()?))
             .collect();
         let place = order
             .iter()

@@ -15,7 +15,6 @@ pub(crate) mod field;
 #[cfg(test)]
 pub(crate) mod fixture;
 mod group;
-mod index;
 mod input;
 mod keys;
 mod paint;
@@ -41,11 +40,10 @@ use jde_link::message::VariableInfo;
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::Style;
 use axis::Axis;
 use cursors::Cursors;
-use index::Index;
 use input::Input;
 pub(crate) use input::Request;
 use period::Period;
@@ -60,7 +58,6 @@ const RATE: Rate = Rate::Hz(50);
 /// The window.
 pub(crate) struct Scope {
     axis: Axis,
-    index: Index,
     filter: Filter,
     folded: BTreeSet<String>,
     signals: Signals,
@@ -116,7 +113,6 @@ impl Scope {
         let mut saved: SavedState = serde_json::from_value(saved.clone()).unwrap_or_default();
         Self {
             axis: Axis::new(saved.span),
-            index: Index::default(),
             filter: std::mem::take(&mut saved.filter),
             folded: std::mem::take(&mut saved.folded),
             signals: Signals::default(),
@@ -142,7 +138,6 @@ impl Scope {
         style: &Style,
     ) -> Vec<Request> {
         let mut requests = Vec::new();
-        self.index.take(seen.past, seen.schemas);
         let scale = self.axis.scale(seen.now(), Rangef::new(0.0, 1.0));
         self.bar(ui, seen, variables, &scale, style);
         let height = ui.available_height();
@@ -154,9 +149,7 @@ impl Scope {
                 top: 4,
                 ..egui::Margin::ZERO
             }));
-        let shown = reason_panel
-            .show(ui, |ui| self.why.show(ui, seen, &self.index, style))
-            .inner;
+        let shown = reason_panel.show(ui, |ui| self.why.show(ui, seen, style)).inner;
         if let Some(time) = shown {
             self.axis.reveal(time, seen.now());
         }
@@ -167,14 +160,14 @@ impl Scope {
     fn run_or_pause(&mut self, seen: &Input<'_>) {
         if self.axis.is_paused() {
             self.axis.follow();
-            self.trigger.rearm(seen.past);
+            self.trigger.rearm(seen.timeline);
         } else {
             self.axis.pause(seen.now());
         }
     }
 
     /// Reads the new values of the traces and of the trigger.
-    fn read_values(&mut self, session: &Session) {
+    fn read_values(&mut self, session: &WindowSession) {
         for signal in &mut self.signals.list {
             for sample in session.values(&signal.variable, RATE, &signal.name) {
                 signal.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
@@ -193,14 +186,17 @@ impl Scope {
             .map(|(variable, sample)| (sample.time, *variable, sample.bytes.as_deref()))
             .collect();
         let now = session.snapshot().time;
-        if let Some(at) = self.trigger.step(session.past(), &values, now, &mut self.axis) {
-            self.why.open_at(session.past(), at);
+        if let Some(at) = self
+            .trigger
+            .step(session.timeline(), &values, now, &mut self.axis)
+        {
+            self.why.open_at(session.timeline().log(), at);
         }
     }
 }
 
 impl Window for Scope {
-    fn show(&mut self, ui: &mut egui::Ui, session: &Session, style: &Style) {
+    fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession, style: &Style) {
         if let Some(saved) = self.waiting.take() {
             for trace in &saved.traces {
                 if let Err(reason) = self.signals.add(trace, session.variables()) {
@@ -208,7 +204,7 @@ impl Window for Scope {
                 }
             }
             self.trigger
-                .arm(session.schemas(), session.variables(), session.past());
+                .arm(session.schemas(), session.variables(), session.timeline());
         }
         for name in session.plots() {
             self.signals.add_requested(&name, session.variables());
@@ -217,13 +213,13 @@ impl Window for Scope {
         let seen = Input {
             snapshot: session.snapshot(),
             schemas: session.schemas(),
-            past: session.past(),
+            timeline: session.timeline(),
             accepts_requests: !session.is_gone() && !session.is_recording(),
         };
         for request in self.draw(ui, &seen, session.variables(), style) {
             match request {
                 Request::Act(action) => session.act(action),
-                Request::Panel(schema) => session.open_window(super::Kind::Panel(schema)),
+                Request::Panel(schema) => session.open_window(super::WindowKind::Panel(schema)),
             }
         }
     }

@@ -8,9 +8,9 @@ use eframe::egui::{
     StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
-use super::index::Sign;
 use crate::style::{self, Style};
 use jde_panel::Ink;
+use jde_timeline::{MarkKind, Severity};
 
 /// Height of a row, in points: a line of text, and enough for a button.
 pub(super) const ROW: f32 = 22.0;
@@ -189,13 +189,13 @@ fn paint(painter: &Painter, at: Pos2, icon: Icon, color: Color32) {
 }
 
 /// The color of an event.
-pub(super) fn sign(sign: Sign, style: &Style) -> Color32 {
-    let color = match sign {
-        Sign::Recovered => Ink::Good,
-        Sign::Operator => Ink::Goal,
-        Sign::Refused => Ink::Seen,
-        Sign::Overrun => Ink::Warn,
-        Sign::Fault => Ink::Bad,
+pub(super) fn mark(kind: MarkKind, style: &Style) -> Color32 {
+    let color = match (kind, kind.severity()) {
+        (MarkKind::Operator | MarkKind::Reloaded, _) => Ink::Goal,
+        (MarkKind::Refused | MarkKind::Limited, _) => Ink::Seen,
+        (_, Severity::Good) => Ink::Good,
+        (_, Severity::Warning) => Ink::Warn,
+        (_, Severity::Bad) => Ink::Bad,
     };
     style::color_of(color, style)
 }

@@ -3,10 +3,11 @@
 
 use eframe::egui::{CursorIcon, Rect, Response, Ui};
 
+use jde_timeline::HierarchyRow;
+
 use super::Scope;
 use super::axis::Scale;
 use super::paint::ROW;
-use super::rows::Row;
 use super::traces::Traces;
 
 impl Scope {
@@ -58,7 +59,7 @@ impl Scope {
         ui: &Ui,
         pointed: &Response,
         drawn: &Traces<'_>,
-        list: &[Row],
+        list: &[HierarchyRow],
         rows: &Rect,
         top: f32,
     ) {
@@ -73,14 +74,8 @@ impl Scope {
             return;
         };
         let snapshot = drawn.seen.snapshot;
-        let (group, view) = match *row {
-            Row::Group { group, .. } => (Some(group), None),
-            Row::Schema { schema, .. } => {
-                let view = &snapshot.schemas[schema];
-                (view.group, Some(view))
-            }
-            Row::Ungrouped => (None, None),
-        };
+        let view = row.schema().map(|schema| &snapshot.schemas[schema]);
+        let group = row.group().or_else(|| view?.group);
         let switch = group
             .and_then(|group| snapshot.groups.get(group))
             .and_then(|group| drawn.switch_at(&group.name, at.x));

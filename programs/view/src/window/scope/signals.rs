@@ -55,7 +55,7 @@ impl Signals {
             .max_by_key(|variable| variable.name.len());
         let variable = variable.ok_or_else(|| {
             let start: Vec<_> = name.splitn(3, '.').take(2).collect();
-            let nearest = jde_link::nearest(
+            let nearest = jde_nearest::nearest(
                 &start.join("."),
                 variables.iter().map(|variable| variable.name.as_str()),
             );

@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 
 use eframe::egui::{Color32, Painter, Rangef, Rect, Shape, Stroke, pos2, vec2};
-use jde_core::State;
 use jde_panel::Ink;
 use jde_records::snapshot::GroupView;
+use jde_timeline::{Interval, Switch};
 
-use super::index::Switch;
 use super::paint;
 use super::strips::{by_column, nearest};
 use super::traces::Traces;
@@ -16,56 +15,39 @@ use crate::style;
 impl Traces<'_> {
     /// Draws the winners of a group, with their names where they fit.
     pub(super) fn group(&self, painter: &Painter, rect: Rect, group: &GroupView) {
+        let Some(known) = self.seen.timeline.group(&group.name) else {
+            return;
+        };
         let row = rect.shrink2(vec2(0.0, 5.0));
-        let none = VecDeque::new();
-        let switches = self.index.group(&group.name).unwrap_or(&none);
-        let first = switches.partition_point(|switch| switch.time <= self.scale.from);
-        let mut winner = match first.checked_sub(1).and_then(|before| switches.get(before)) {
-            Some(before) => before.to,
-            None => switches.front().map_or(group.winner, |first| first.from),
+        let first = known
+            .winners
+            .partition_point(|winner| winner.from_s() <= self.scale.from);
+        let winners: VecDeque<_> = known.winners.iter().skip(first.saturating_sub(1)).collect();
+        let mut from = row.left();
+        let mut winner = winners
+            .front()
+            .filter(|winner| winner.from_s() <= self.scale.from);
+        let segment = |from: f32, to: f32, winner: Option<&Interval<Option<usize>>>| {
+            self.segment(
+                painter,
+                row,
+                Rangef::new(from, to),
+                winner.and_then(|winner| winner.value),
+            );
         };
-        let begin = if switches.is_empty() {
-            self.won_since(group)
-        } else {
-            0.0
-        };
-        let mut from = row.left().max(self.scale.x(begin));
-        let segment = |from: f32, to: f32, winner: Option<usize>| {
-            self.segment(painter, row, Rangef::new(from, to), winner);
-        };
-        by_column(
-            switches,
-            |switch| switch.time,
-            &self.scale,
-            2.0,
-            |first, last| {
-                let x = self.scale.x(switches[first].time);
-                segment(from, x, winner);
-                (from, winner) = (x, switches[last].to);
-                if last > first {
-                    // More switches than can be shown separately.
-                    let crowded = Rect::from_min_max(pos2(x, row.top()), pos2(x + 2.0, row.bottom()));
-                    painter.rect_filled(crowded, 0.0, style::color_of(Ink::Accent, self.style));
-                    from = x + 2.0;
-                }
-            },
-        );
+        by_column(&winners, Interval::from_s, &self.scale, 2.0, |first, last| {
+            let x = self.scale.x(winners[first].from_s());
+            segment(from, x, winner);
+            (from, winner) = (x, Some(&winners[last]));
+            if last > first {
+                // More switches than can be shown separately.
+                let crowded = Rect::from_min_max(pos2(x, row.top()), pos2(x + 2.0, row.bottom()));
+                painter.rect_filled(crowded, 0.0, style::color_of(Ink::Accent, self.style));
+                from = x + 2.0;
+            }
+        });
         let end = self.scale.x(self.seen.now()).min(row.right());
         segment(from, end, winner);
-    }
-
-    /// For a group without kept switches: since when its winner is known, in s. A winner's state shows this
-    /// as well.
-    fn won_since(&self, group: &GroupView) -> f64 {
-        let since = self.seen.past.since().unwrap_or(0.0);
-        let winner = group
-            .winner
-            .and_then(|winner| self.seen.snapshot.schemas.get(winner));
-        let bands = winner.and_then(|winner| self.seen.past.states(&winner.name));
-        let present = bands
-            .and_then(VecDeque::back)
-            .filter(|band| band.state == State::Winner);
-        present.map_or(since, |band| band.from.min(since))
     }
 
     fn segment(&self, painter: &Painter, row: Rect, x: Rangef, winner: Option<usize>) {
@@ -99,9 +81,10 @@ impl Traces<'_> {
         middle: &dyn Fn(usize) -> Option<f32>,
         opened: Option<u64>,
     ) {
-        let Some(switches) = self.index.group(&group.name) else {
+        let Some(known) = self.seen.timeline.group(&group.name) else {
             return;
         };
+        let switches = &known.switches;
         let plain = if self.style.dark {
             Color32::from_gray(240)
         } else {
@@ -109,13 +92,13 @@ impl Traces<'_> {
         };
         by_column(
             switches,
-            |switch| switch.time,
+            Switch::time_s,
             &self.scale,
             self.pixel,
             |first, last| {
                 let switch = &switches[last];
                 let is_opened =
-                    opened.is_some_and(|number| (switches[first].number..=switch.number).contains(&number));
+                    opened.is_some() && (first..=last).any(|place| switches[place].number == opened);
                 let color = if is_opened {
                     style::color_of(Ink::Goal, self.style)
                 } else {
@@ -134,7 +117,7 @@ impl Traces<'_> {
         color: Color32,
         opened: bool,
     ) {
-        let x = self.scale.x(switch.time);
+        let x = self.scale.x(switch.time_s());
         let (from, to) = (switch.from.and_then(middle), switch.to.and_then(middle));
         if let (Some(from), Some(to)) = (from, to) {
             let line = Stroke::new(
@@ -159,50 +142,7 @@ impl Traces<'_> {
 
     /// The number of the group's switch nearest to a position of the screen, if it is near.
     pub(super) fn switch_at(&self, group: &str, x: f32) -> Option<u64> {
-        let switches = self.index.group(group)?;
-        let place = nearest(switches, |switch| switch.time, &self.scale, x)?;
-        Some(switches[place].number)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::axis::Scale;
-    use super::super::fixture;
-    use super::super::index::Index;
-    use super::*;
-    use crate::style::{Style, Units};
-
-    #[test]
-    fn without_kept_switches_a_group_is_won_since_its_winners_state_began() {
-        let mut fixed = fixture::navigation();
-        let mut schemas = fixed.snapshot.schemas.iter();
-        let teleop = schemas.position(|schema| schema.name == "teleop");
-        fixed.change(2.5, "teleop", State::Ready, State::Winner);
-        fixed.snapshot.schemas[teleop.expect("the hierarchy has teleop")].state = State::Winner;
-        fixed.past.add_snapshot(&fixed.snapshot);
-        let won = |fixed: &fixture::Fixed, winner| {
-            let (seen, index) = (fixed.input(), Index::default());
-            let scale = Scale {
-                from: 0.0,
-                to: 10.0,
-                x: Rangef::new(0.0, 100.0),
-            };
-            let style = Style {
-                dark: true,
-                units: Units::default(),
-            };
-            let group = GroupView {
-                winner,
-                ..fixture::group("roots", None, &[0])
-            };
-            Traces::new(&seen, &index, scale, &style, 1.0).won_since(&group)
-        };
-        assert_eq!(won(&fixed, teleop), 2.5);
-        assert_eq!(
-            Some(won(&fixed, None)),
-            fixed.past.since(),
-            "without a winner, the observation's start is used"
-        );
+        let switches = &self.seen.timeline.group(group)?.switches;
+        switches[nearest(switches, Switch::time_s, &self.scale, x)?].number
     }
 }

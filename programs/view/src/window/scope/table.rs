@@ -2,17 +2,17 @@
 
 use eframe::egui::{Align2, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use jde_abi::describe::Kind;
-use jde_core::{Health, State};
+use jde_core::State;
 use jde_link::message::Action;
 use jde_panel::Ink;
 use jde_records::snapshot::SchemaView;
+use jde_timeline::{Children, Severity, health_reason, health_severity, health_word};
 
 use super::cells;
 use super::columns::{self, Column};
 use super::input::{Input, Request};
 use super::paint::{self, Icon, ROW};
 use super::period::Period;
-use super::rows::{self, Children};
 use crate::style::{self, Style, time};
 
 /// Minimum width of the names, in points.
@@ -162,13 +162,18 @@ impl Table {
         match column {
             Column::State => cells::state(ui, cell, view, style),
             Column::Health => {
-                let (health, _) = rows::health(&view.health);
-                let color = match view.health {
-                    Health::Ok => faint,
-                    Health::Overrun => style::color_of(Ink::Warn, style),
-                    Health::ArbitrationFailed(_) | Health::Faulted(_) => style::color_of(Ink::Bad, style),
+                let color = match health_severity(&view.health) {
+                    Severity::Good => faint,
+                    Severity::Warning => style::color_of(Ink::Warn, style),
+                    Severity::Bad => style::color_of(Ink::Bad, style),
                 };
-                paint::write(ui.painter(), cell, health, paint::font(), color);
+                paint::write(
+                    ui.painter(),
+                    cell,
+                    health_word(&view.health),
+                    paint::font(),
+                    color,
+                );
             }
             Column::Period => {
                 let period = view.period as f64 / 1e9;
@@ -201,7 +206,7 @@ impl Table {
 
 /// The row as text, for screen readers.
 fn accessible_text(view: &SchemaView) -> String {
-    let (health, reason) = rows::health(&view.health);
+    let (health, reason) = (health_word(&view.health), health_reason(&view.health));
     let mut text = format!("{}, {}, {health}", view.name, view.state.name(),);
     if let Some(reason) = reason {
         text += &format!(": {reason}");
@@ -225,7 +230,7 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
     if let Some(info) = info.filter(|info| !info.doc.is_empty()) {
         ui.label(&info.doc);
     }
-    let (health, reason) = rows::health(&view.health);
+    let (health, reason) = (health_word(&view.health), health_reason(&view.health));
     let mut lines = vec![format!(
         "{}{}, {health}",
         view.state.name(),

@@ -3,11 +3,11 @@
 
 use eframe::egui::{Mesh, Painter, Rect, vec2};
 use jde_records::snapshot::SchemaView;
+use jde_timeline::Mark;
 
 use super::axis::Scale;
 use super::bands::{self, ColumnRun};
 use super::event_signs;
-use super::index::{Index, Mark};
 use super::input::Input;
 use super::strips::{by_column, nearest};
 use crate::style::{self, Style};
@@ -18,7 +18,6 @@ const EXAMINED: usize = 16;
 /// Draws the traces of all rows of a frame.
 pub(super) struct Traces<'a> {
     pub(super) seen: &'a Input<'a>,
-    pub(super) index: &'a Index,
     pub(super) scale: Scale,
     pub(super) style: &'a Style,
     /// Width of a column: one pixel, in points.
@@ -28,16 +27,9 @@ pub(super) struct Traces<'a> {
 }
 
 impl<'a> Traces<'a> {
-    pub(super) fn new(
-        seen: &'a Input<'a>,
-        index: &'a Index,
-        scale: Scale,
-        style: &'a Style,
-        pixel: f32,
-    ) -> Self {
+    pub(super) fn new(seen: &'a Input<'a>, scale: Scale, style: &'a Style, pixel: f32) -> Self {
         Self {
             seen,
-            index,
             scale,
             style,
             pixel,
@@ -49,54 +41,55 @@ impl<'a> Traces<'a> {
     /// Draws a schema's states and events.
     pub(super) fn schema(&mut self, painter: &Painter, rect: Rect, view: &SchemaView) {
         let row = rect.shrink2(vec2(0.0, 3.0));
-        if let Some(list) = self.seen.past.states(&view.name) {
+        let Some(known) = self.seen.timeline.schema(&view.name) else {
+            return;
+        };
+        if !known.states.is_empty() {
             let columns = (row.width() / self.pixel).floor() as usize;
-            bands::runs(list, &self.scale, columns, self.seen.now(), &mut self.runs);
+            bands::runs(
+                &known.states,
+                &self.scale,
+                columns,
+                self.seen.now(),
+                &mut self.runs,
+            );
             bands::draw(&mut self.mesh, &self.runs, row, self.pixel, self.style);
             painter.add(std::mem::take(&mut self.mesh));
         }
-        let Some(marks) = self.index.marks(&view.name) else {
-            return;
-        };
-        by_column(
-            marks,
-            |mark| mark.time,
-            &self.scale,
-            4.0,
-            |first, last| {
-                let worst = marks
-                    .range(first..=last.min(first + EXAMINED))
-                    .map(|mark| mark.sign)
-                    .max();
-                let x = self.scale.x(marks[first].time);
-                if let Some(worst) = worst {
-                    event_signs::draw(painter, x, rect, worst, self.style);
-                }
-            },
-        );
+        let marks = &known.marks;
+        by_column(marks, Mark::time_s, &self.scale, 4.0, |first, last| {
+            let worst = marks
+                .range(first..=last.min(first + EXAMINED))
+                .map(|mark| mark.kind)
+                .max();
+            let x = self.scale.x(marks[first].time_s());
+            if let Some(worst) = worst {
+                event_signs::draw(painter, x, rect, worst, self.style);
+            }
+        });
     }
 
     /// Describes a schema at a position of the screen: its state then, and the nearest event.
     pub(super) fn description_at(&self, view: &SchemaView, x: f32) -> Vec<String> {
         let time = self.scale.time(x);
         let mut lines = Vec::new();
-        if let Some(list) = self.seen.past.states(&view.name)
-            && time <= self.seen.now()
-            && let Some(index) = list.partition_point(|band| band.from <= time).checked_sub(1)
+        let Some(known) = self.seen.timeline.schema(&view.name) else {
+            return lines;
+        };
+        if time <= self.seen.now()
+            && let Some((state, next)) = known.states.at_s(time)
         {
-            let until = list.get(index + 1).map_or(self.seen.now(), |next| next.from);
+            let until = next.map_or(self.seen.now(), |next| next.from_s());
             lines.push(format!(
                 "{} for {}, from {:.3} s",
-                list[index].state.name(),
-                style::time::span(until - list[index].from),
-                list[index].from
+                state.value.name(),
+                style::time::span(until - state.from_s()),
+                state.from_s()
             ));
         }
-        if let Some(marks) = self.index.marks(&view.name)
-            && let Some(index) = nearest(marks, |mark| mark.time, &self.scale, x)
-        {
-            let Mark { time, text, .. } = &marks[index];
-            lines.push(format!("{time:.3} s: {text}"));
+        if let Some(index) = nearest(&known.marks, Mark::time_s, &self.scale, x) {
+            let mark = &known.marks[index];
+            lines.push(format!("{:.3} s: {}", mark.time_s(), mark.text));
         }
         lines
     }

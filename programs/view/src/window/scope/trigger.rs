@@ -1,18 +1,16 @@
 //! The trigger: a condition in the recorder's syntax. When it becomes true, the window moves to that moment
 //! and shows what led to it. The recorder's own code evaluates the condition.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use jde_conditions::{Condition, Firing, Names, Triggers};
 use jde_link::message::{Schemas, VariableInfo};
 use jde_records::RunRecord;
 use jde_records::event::StateChange;
+use jde_timeline::Timeline;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
-use super::index::newest;
-use crate::session::{History, Progress};
 
 /// What the window does after the trigger fired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,7 +27,7 @@ pub(super) enum Mode {
 
 /// The state of the trigger.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) enum Phase {
+pub(super) enum TriggerPhase {
     /// There is no condition.
     #[default]
     Off,
@@ -58,11 +56,11 @@ pub(super) struct Trigger {
     pub(super) saved: SavedTrigger,
     /// Why the text is not a condition.
     pub(super) trouble: Option<String>,
-    phase: Phase,
+    phase: TriggerPhase,
     /// The last time in s at which it fired, and why.
     last: Option<(f64, String)>,
     watched: Option<Triggers>,
-    processed: Progress,
+    processed: (u64, u64),
     names: Option<Names>,
 }
 
@@ -99,7 +97,7 @@ impl Trigger {
         }
     }
 
-    pub(super) fn phase(&self) -> &Phase {
+    pub(super) fn phase(&self) -> &TriggerPhase {
         &self.phase
     }
 
@@ -109,8 +107,8 @@ impl Trigger {
     }
 
     /// Parses the text as the condition and arms the trigger. An empty text switches it off.
-    pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], past: &History) {
-        (self.trouble, self.watched, self.phase) = (None, None, Phase::Off);
+    pub(super) fn arm(&mut self, schemas: &Schemas, variables: &[VariableInfo], timeline: &Timeline) {
+        (self.trouble, self.watched, self.phase) = (None, None, TriggerPhase::Off);
         let text = self.saved.text.trim();
         if text.is_empty() {
             return;
@@ -120,38 +118,38 @@ impl Trigger {
             Ok(condition) => {
                 let mut watched = Triggers::new(names.clone(), vec![condition]);
                 for schema in &names.schemas {
-                    if let Some(last) = past.states(schema).and_then(VecDeque::back) {
+                    if let Some(last) = timeline.schema(schema).and_then(|known| known.states.last()) {
                         let known = StateChange {
-                            time: (last.from * 1e9).round() as u64,
+                            time: last.from,
                             schema: schema.clone(),
-                            from: last.state,
-                            to: last.state,
+                            from: last.value,
+                            to: last.value,
                         };
                         watched.process_record(&RunRecord::State(known), &mut Vec::new());
                     }
                 }
-                (self.watched, self.processed) = (Some(watched), past.progress());
-                self.rearm(past);
+                (self.watched, self.processed) = (Some(watched), position(timeline));
+                self.rearm(timeline);
             }
             Err(error) => self.trouble = Some(error.to_string()),
         }
     }
 
     /// Arms the trigger for lines from now on.
-    pub(super) fn rearm(&mut self, past: &History) {
+    pub(super) fn rearm(&mut self, timeline: &Timeline) {
         if self.watched.is_some() {
-            self.process_lines(past);
-            self.phase = Phase::Armed;
+            self.process_lines(timeline);
+            self.phase = TriggerPhase::Armed;
         }
     }
 
     /// Passes the new lines to the condition. Returns its firings.
-    fn process_lines(&mut self, past: &History) -> Vec<Firing> {
-        let (before, now) = (self.processed, past.progress());
+    fn process_lines(&mut self, timeline: &Timeline) -> Vec<Firing> {
+        let (before, now) = (self.processed, position(timeline));
         self.processed = now;
         let mut fired = Vec::new();
-        if let Some(watched) = self.watched.as_mut().filter(|_| now.turns == before.turns) {
-            for line in new_records(past, before, now) {
+        if let Some(watched) = self.watched.as_mut().filter(|_| now.0 == before.0) {
+            for line in timeline.log().since(before.1) {
                 watched.process_record(&line, &mut fired);
             }
         }
@@ -168,12 +166,12 @@ impl Trigger {
     /// Each value is its time in ns, its variable and its bytes; `now` is in ns.
     pub(super) fn step(
         &mut self,
-        past: &History,
+        timeline: &Timeline,
         values: &[(u64, &str, Option<&[u8]>)],
         now: u64,
         axis: &mut Axis,
     ) -> Option<f64> {
-        let mut fired = self.process_lines(past);
+        let mut fired = self.process_lines(timeline);
         let watched = self.watched.as_mut()?;
         for &(time, variable, bytes) in values {
             match bytes {
@@ -183,15 +181,15 @@ impl Trigger {
         }
         watched.advance(now, &mut fired);
         let now = now as f64 / 1e9;
-        if let Phase::Fired { at } = self.phase
+        if let TriggerPhase::Fired { at } = self.phase
             && now >= at + (1.0 - self.saved.share) * axis.span()
         {
             match self.saved.mode {
                 Mode::Single => {
-                    self.phase = Phase::Done { at };
+                    self.phase = TriggerPhase::Done { at };
                     axis.pause(now);
                 }
-                Mode::Auto | Mode::Normal => self.phase = Phase::Armed,
+                Mode::Auto | Mode::Normal => self.phase = TriggerPhase::Armed,
             }
         }
         // While paused, only the user moves the window.
@@ -199,14 +197,14 @@ impl Trigger {
             return None;
         }
         match (&self.phase, fired.into_iter().next()) {
-            (Phase::Armed, Some(firing)) => {
+            (TriggerPhase::Armed, Some(firing)) => {
                 let at = firing.time as f64 / 1e9;
                 self.last = Some((at, firing.text));
-                self.phase = Phase::Fired { at };
+                self.phase = TriggerPhase::Fired { at };
                 axis.show_at(at, self.saved.share);
                 return Some(at);
             }
-            (Phase::Armed, None) if self.saved.mode == Mode::Auto && !axis.is_live() => {
+            (TriggerPhase::Armed, None) if self.saved.mode == Mode::Auto && !axis.is_live() => {
                 let quiet = self
                     .last
                     .as_ref()
@@ -221,18 +219,9 @@ impl Trigger {
     }
 }
 
-/// The lines received between two counts, ordered by time.
-fn new_records(past: &History, before: Progress, now: Progress) -> Vec<RunRecord> {
-    let decisions = newest(past.decisions(), now.decisions.saturating_sub(before.decisions));
-    let events = newest(past.events(), now.events.saturating_sub(before.events));
-    let changes = newest(past.changes(), now.changes.saturating_sub(before.changes));
-    let mut lines: Vec<_> = decisions
-        .map(|decision| RunRecord::Decision(decision.clone()))
-        .chain(events.map(|event| RunRecord::Other(event.clone())))
-        .chain(changes.map(|change| RunRecord::State(change.clone())))
-        .collect();
-    lines.sort_by_key(RunRecord::time);
-    lines
+/// How often the time went back, and how many records have arrived.
+fn position(timeline: &Timeline) -> (u64, u64) {
+    (timeline.rewinds(), timeline.log().received())
 }
 
 fn names(schemas: &Schemas, variables: &[VariableInfo]) -> Names {
@@ -260,22 +249,22 @@ mod tests {
             mode,
             share: 0.2,
         });
-        trigger.arm(&fixed.schemas, &[], &fixed.past);
+        trigger.arm(&fixed.schemas, &[], &fixed.timeline);
         (trigger, fixed, Axis::new(10.0))
     }
 
     fn collide(fixed: &mut Fixed, number: u64, time: f64) {
         for (number, case) in [(number, Case::Alone), (number + 1, Case::Collision)] {
             let selection = fixture::selection(number, time, "example/base", Some("goon"), "vff", case);
-            fixed.past.add_line(RunRecord::Decision(selection), 0);
+            fixed.timeline.add(&RunRecord::Decision(selection));
         }
     }
 
     #[test]
     fn earlier_events_do_not_fire_a_trigger_that_is_armed_later() {
         let (mut trigger, fixed, mut axis) = armed("collision", Mode::Auto);
-        trigger.step(&fixed.past, &[], 10_000_000_000, &mut axis);
-        assert_eq!(trigger.phase(), &Phase::Armed);
+        trigger.step(&fixed.timeline, &[], 10_000_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &TriggerPhase::Armed);
         assert!(axis.is_live());
     }
 
@@ -283,16 +272,16 @@ mod tests {
     fn a_firing_is_shown_at_its_share_of_the_window_and_the_trigger_rearms_when_the_window_is_full() {
         let (mut trigger, mut fixed, mut axis) = armed("collision:example/base", Mode::Normal);
         collide(&mut fixed, 10, 11.0);
-        trigger.step(&fixed.past, &[], 11_050_000_000, &mut axis);
-        assert_eq!(trigger.phase(), &Phase::Fired { at: 11.0 });
+        trigger.step(&fixed.timeline, &[], 11_050_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &TriggerPhase::Fired { at: 11.0 });
         let scale = axis.scale(11.05, eframe::egui::Rangef::new(0.0, 100.0));
         assert!((scale.x(11.0) - 20.0).abs() < 1e-3);
         // While the window fills, the condition does not fire again.
         collide(&mut fixed, 12, 12.0);
-        trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
+        trigger.step(&fixed.timeline, &[], 12_000_000_000, &mut axis);
         assert_eq!(trigger.last().expect("the trigger fired").0, 11.0);
-        trigger.step(&fixed.past, &[], 19_000_000_000, &mut axis);
-        assert_eq!(trigger.phase(), &Phase::Armed);
+        trigger.step(&fixed.timeline, &[], 19_000_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &TriggerPhase::Armed);
         assert!(!axis.is_live(), "in mode normal, the window stays");
     }
 
@@ -301,16 +290,16 @@ mod tests {
         let (mut auto, mut fixed, mut axis) = armed("collision", Mode::Auto);
         collide(&mut fixed, 10, 11.0);
         for time in [11, 20, 32] {
-            auto.step(&fixed.past, &[], time * 1_000_000_000, &mut axis);
+            auto.step(&fixed.timeline, &[], time * 1_000_000_000, &mut axis);
         }
         assert!(axis.is_live());
 
         let (mut single, mut fixed, mut axis) = armed("collision", Mode::Single);
         collide(&mut fixed, 10, 11.0);
         for time in [11, 20, 32] {
-            single.step(&fixed.past, &[], time * 1_000_000_000, &mut axis);
+            single.step(&fixed.timeline, &[], time * 1_000_000_000, &mut axis);
         }
-        assert_eq!(single.phase(), &Phase::Done { at: 11.0 });
+        assert_eq!(single.phase(), &TriggerPhase::Done { at: 11.0 });
         assert!(axis.is_paused());
     }
 
@@ -319,7 +308,7 @@ mod tests {
         let (trigger, ..) = armed("collison", Mode::Auto);
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
         assert!(trouble.contains("did you mean `collision`?"), "{trouble}");
-        assert_eq!(trigger.phase(), &Phase::Off);
+        assert_eq!(trigger.phase(), &TriggerPhase::Off);
         let (trigger, ..) = armed("collision:example/bose", Mode::Auto);
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
         assert!(trouble.contains("`example/base`"), "{trouble}");
@@ -335,15 +324,15 @@ mod tests {
                 from: State::Ready,
                 to,
             };
-            fixed.past.add_line(RunRecord::State(change), 0);
+            fixed.timeline.add(&RunRecord::State(change));
         };
         win(&mut fixed, "vff", State::Winner);
         win(&mut fixed, "goon", State::Winner);
-        trigger.arm(&fixed.schemas, &[], &fixed.past);
-        trigger.step(&fixed.past, &[], 11_500_000_000, &mut axis);
-        assert_eq!(trigger.phase(), &Phase::Armed, "vff has won");
+        trigger.arm(&fixed.schemas, &[], &fixed.timeline);
+        trigger.step(&fixed.timeline, &[], 11_500_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &TriggerPhase::Armed, "vff has won");
         win(&mut fixed, "vff", State::Ready);
-        trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
-        assert!(matches!(trigger.phase(), Phase::Fired { .. }));
+        trigger.step(&fixed.timeline, &[], 12_000_000_000, &mut axis);
+        assert!(matches!(trigger.phase(), TriggerPhase::Fired { .. }));
     }
 }

@@ -5,11 +5,10 @@ use jde_core::Case;
 use jde_panel::Ink;
 use jde_records::Decision;
 use jde_records::snapshot::GroupView;
+use jde_timeline::RecordLog;
 
-use super::index::{self, Index};
 use super::input::Input;
 use super::paint;
-use crate::session::History;
 use crate::style::{self, Style, time};
 
 /// The list of switches and the opened record.
@@ -30,12 +29,12 @@ impl SwitchDetails {
     }
 
     /// Opens the record of a time in s, if there is one.
-    pub(super) fn open_at(&mut self, past: &History, at: f64) {
+    pub(super) fn open_at(&mut self, log: &RecordLog, at: f64) {
         // The times may differ by the conversion from ns.
-        let place = past
+        let place = log
             .decisions()
             .partition_point(|decision| decision.time_s < at - 1e-6);
-        if let Some(decision) = past.decisions().get(place)
+        if let Some(decision) = log.decisions().get(place)
             && decision.time_s <= at + 1e-6
         {
             self.open(decision.number);
@@ -48,8 +47,8 @@ impl SwitchDetails {
     }
 
     /// Opens the next or previous switch. Returns its number.
-    pub(super) fn turn(&mut self, index: &Index, forward: bool) -> Option<u64> {
-        let switches = index.switches();
+    pub(super) fn turn(&mut self, log: &RecordLog, forward: bool) -> Option<u64> {
+        let switches = log.switches();
         let newest = *switches.back()?;
         let place = switches.partition_point(|number| *number < self.opened.unwrap_or(newest));
         let exact = switches.get(place) == self.opened.as_ref().or(Some(&newest));
@@ -64,14 +63,9 @@ impl SwitchDetails {
     }
 
     /// Draws the list and the record. Returns a time in s that the axis must show.
-    pub(super) fn show(
-        &mut self,
-        ui: &mut Ui,
-        seen: &Input<'_>,
-        index: &Index,
-        style: &Style,
-    ) -> Option<f64> {
+    pub(super) fn show(&mut self, ui: &mut Ui, seen: &Input<'_>, style: &Style) -> Option<f64> {
         let mut reveal = None;
+        let log = seen.timeline.log();
         ui.horizontal(|ui| {
             ui.strong("Why");
             for (text, forward, tip) in [
@@ -79,9 +73,9 @@ impl SwitchDetails {
                 ("Next", true, "The next switch (right arrow)."),
             ] {
                 if ui.button(text).on_hover_text(tip).clicked()
-                    && let Some(number) = self.turn(index, forward)
+                    && let Some(number) = self.turn(log, forward)
                 {
-                    reveal = index::decision(seen.past, number).map(|decision| decision.time_s);
+                    reveal = log.decisions().find(number).map(|decision| decision.time_s);
                 }
             }
             let newest = ui.selectable_label(self.opened.is_none(), "Newest");
@@ -92,8 +86,8 @@ impl SwitchDetails {
                 .on_hover_text(
                     "A group selects after each iteration of its winner. Most selections do not change the winner.",
                 );
-            if seen.past.missed() > 0 {
-                let text = format!("{} lines were lost", seen.past.missed());
+            if seen.timeline.missed() > 0 {
+                let text = format!("{} lines were lost", seen.timeline.missed());
                 ui.label(RichText::new(text).color(style::color_of(Ink::Warn, style)))
                     .on_hover_text("The network or this machine was too slow.");
             }
@@ -102,7 +96,7 @@ impl SwitchDetails {
         let left = rect.with_max_x(rect.left() + (rect.width() * 0.42).clamp(180.0, 420.0));
         let right = rect.with_min_x(left.right() + 10.0);
         ui.scope_builder(eframe::egui::UiBuilder::new().max_rect(left), |ui| {
-            if let Some(time) = self.list(ui, seen, index, style) {
+            if let Some(time) = self.list(ui, log, style) {
                 reveal = Some(time);
             }
         });
@@ -111,8 +105,8 @@ impl SwitchDetails {
                 .id_salt("record")
                 .auto_shrink(false)
                 .show(ui, |ui| {
-                    let number = self.opened.or(index.switches().back().copied());
-                    match number.map(|number| (number, index::decision(seen.past, number))) {
+                    let number = self.opened.or(log.switches().back().copied());
+                    match number.map(|number| (number, log.decisions().find(number))) {
                         None => {
                             ui.weak(
                                 "No group has changed its winner yet. The reason of each change is shown here.",
@@ -128,21 +122,21 @@ impl SwitchDetails {
         reveal
     }
 
-    fn list(&mut self, ui: &mut Ui, seen: &Input<'_>, index: &Index, style: &Style) -> Option<f64> {
+    fn list(&mut self, ui: &mut Ui, log: &RecordLog, style: &Style) -> Option<f64> {
         let (count, switches) = if self.all {
-            (seen.past.decisions().len(), None)
+            (log.decisions().len(), None)
         } else {
-            (index.switches().len(), Some(index.switches()))
+            (log.switches().len(), Some(log.switches()))
         };
         let get = |row: usize| {
             // Newest first.
             let place = count - 1 - row;
             match switches {
-                Some(switches) => index::decision(seen.past, switches[place]),
-                None => seen.past.decisions().get(place),
+                Some(switches) => log.decisions().find(switches[place]),
+                None => log.decisions().get(place),
             }
         };
-        let shown = self.opened.or(index.switches().back().copied());
+        let shown = self.opened.or(log.switches().back().copied());
         let mut reveal = None;
         let height = 18.0;
         ui.spacing_mut().item_spacing = Vec2::ZERO;
@@ -152,8 +146,7 @@ impl SwitchDetails {
         {
             let place = match switches {
                 Some(switches) => switches.partition_point(|candidate| *candidate < number),
-                None => seen
-                    .past
+                None => log
                     .decisions()
                     .partition_point(|candidate| candidate.number < number),
             };
@@ -292,7 +285,7 @@ fn takeover(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
         .iter()
         .find(|group| group.name == decision.group)
         .map(|GroupView { allowed, .. }| *allowed as f64 / 1e9)
-        // In a recording, the limit is not known.
+        // Of a group without a contract, and of recordings without their hierarchy, there is none.
         .filter(|allowed| *allowed > 0.0);
     let took = decision.takeover_us.map(|took| took / 1e6);
     let of = allowed.map_or_else(String::new, |allowed| {
@@ -322,12 +315,11 @@ mod tests {
     #[test]
     fn previous_and_next_step_through_the_switches_and_stop_at_the_ends() {
         let fixed = fixture::navigation();
-        let mut index = Index::default();
-        index.take(&fixed.past, &fixed.schemas);
+        let log = fixed.timeline.log();
         let mut details = SwitchDetails::default();
-        let backward: Vec<_> = (0..5).map(|_| details.turn(&index, false)).collect();
+        let backward: Vec<_> = (0..5).map(|_| details.turn(log, false)).collect();
         assert_eq!(backward, [Some(3), Some(2), Some(1), None, None]);
-        let forward_numbers: Vec<_> = (0..4).map(|_| details.turn(&index, true)).collect();
+        let forward_numbers: Vec<_> = (0..4).map(|_| details.turn(log, true)).collect();
         assert_eq!(forward_numbers, [Some(2), Some(3), Some(4), None]);
         assert_eq!(details.opened(), Some(4));
     }

@@ -5,7 +5,7 @@ use jde_types::{
     Value,
 };
 
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// Variables by type, each with its full name and its owner. Rebuilt when the number of variables changes.
 #[derive(Default)]
@@ -28,14 +28,14 @@ pub(super) struct Entities {
 
 impl Entities {
     /// Finds the variables of an application.
-    pub(super) fn of(session: &Session) -> Self {
-        fn exports<T: Value>(session: &Session) -> Vec<[String; 2]> {
+    pub(super) fn of(session: &WindowSession) -> Self {
+        fn exports<T: Value>(session: &WindowSession) -> Vec<[String; 2]> {
             let names = session.exports::<T>();
             names
                 .map(|variable| [variable.name.clone(), variable.owner.clone()])
                 .collect()
         }
-        fn inputs<T: Value>(session: &Session) -> Vec<[String; 2]> {
+        fn inputs<T: Value>(session: &WindowSession) -> Vec<[String; 2]> {
             let name = T::describe().name;
             let fits = session
                 .variables()

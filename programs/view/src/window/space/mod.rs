@@ -25,7 +25,7 @@ use jde_panel::{Gesture, Ink};
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{Style, color_of};
 use draw_list::DrawList;
 use gestures::SceneGestures;
@@ -245,7 +245,7 @@ impl Space {
 }
 
 impl Window for Space {
-    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+    fn show(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         self.sampler.update(&mut self.seen, session, &self.kept.items);
         for (schema, gesture) in self.picture(ui, style) {
             if !session.is_gone() && !session.is_recording() {

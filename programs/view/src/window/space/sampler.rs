@@ -16,7 +16,7 @@ use super::entities::Entities;
 use super::items::Items;
 use super::scene_data::{Camera, RobotData, RouteData, SceneData, frame};
 use crate::picture::Picture;
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// Rate of data that moves with a robot: smooth to the eye.
 const MOTION_RATE: Rate = Rate::Hz(20);
@@ -41,7 +41,7 @@ pub(crate) struct Sampler {
 
 impl Sampler {
     /// Updates `seen` with the newest data of the shown items.
-    pub(crate) fn update(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+    pub(crate) fn update(&mut self, seen: &mut SceneData, session: &WindowSession, items: &Items) {
         if self.entities.made_of != session.variables().len() {
             self.entities = Entities::of(session);
             *seen = SceneData::default();
@@ -53,7 +53,7 @@ impl Sampler {
         self.panels(seen, session, items);
     }
 
-    fn robots(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+    fn robots(&mut self, seen: &mut SceneData, session: &WindowSession, items: &Items) {
         seen.robots
             .resize_with(self.entities.robots.len(), RobotData::default);
         for (number, (robot, [odometry, owner])) in
@@ -111,7 +111,7 @@ impl Sampler {
         }
     }
 
-    fn goals(&self, seen: &mut SceneData, session: &Session, items: &Items) {
+    fn goals(&self, seen: &mut SceneData, session: &WindowSession, items: &Items) {
         seen.targets.clear();
         seen.missions.clear();
         seen.routes.clear();
@@ -143,7 +143,7 @@ impl Sampler {
         }
     }
 
-    fn cameras(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+    fn cameras(&mut self, seen: &mut SceneData, session: &WindowSession, items: &Items) {
         seen.cameras.clear();
         seen.troubles.clear();
         if !items.cameras {
@@ -207,7 +207,7 @@ impl Sampler {
 
     /// Reads the panels with scenes. A panel without a scene so far is requested only once a second, because
     /// its schema draws it for this request.
-    fn panels(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+    fn panels(&mut self, seen: &mut SceneData, session: &WindowSession, items: &Items) {
         seen.panels.clear();
         if !items.panels {
             return;
@@ -228,7 +228,7 @@ impl Sampler {
         }
     }
 
-    fn world(&mut self, seen: &mut SceneData, session: &Session, items: &Items) {
+    fn world(&mut self, seen: &mut SceneData, session: &WindowSession, items: &Items) {
         let entities = &self.entities;
         (seen.world.scenery, seen.world.movers) = (None, None);
         if !items.walls && !items.movers {
@@ -261,7 +261,7 @@ impl Sampler {
 }
 
 /// The value of a schema's modulation, if the schema has it.
-fn newest_value<T: Value>(session: &Session, owner: &str, modulation: &str) -> Option<T> {
+fn newest_value<T: Value>(session: &WindowSession, owner: &str, modulation: &str) -> Option<T> {
     let schema = session.schema(owner)?;
     schema
         .ports

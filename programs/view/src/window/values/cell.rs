@@ -7,7 +7,7 @@ use jde_board::value::Value;
 use jde_link::message::VariableInfo;
 use jde_panel::Ink;
 
-use super::rows::{Row, RowKind};
+use super::rows::{RowKind, ValueRow};
 use super::variable::VariableState;
 use crate::style::{self, Style};
 
@@ -35,7 +35,7 @@ pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
 }
 
 /// Shows the name, with the details of the variable on hover.
-pub(super) fn name(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo) {
+pub(super) fn name(ui: &mut Ui, style: &Style, row: &ValueRow, info: &VariableInfo) {
     let color = match (&row.what, info.access.as_str()) {
         (RowKind::Variable(_), "modulation") => Ink::Accent,
         (RowKind::Variable(_), "command") => Ink::Warn,
@@ -89,7 +89,7 @@ pub(super) fn plot(ui: &mut Ui, name: &str) -> bool {
 }
 
 /// Shows the value in one line, in the user's units.
-pub(super) fn value(ui: &mut Ui, style: &Style, row: &Row, info: &VariableInfo, seen: &VariableState) {
+pub(super) fn value(ui: &mut Ui, style: &Style, row: &ValueRow, info: &VariableInfo, seen: &VariableState) {
     let names = row.names();
     let faint = |text: &str| RichText::new(text).color(style::color_of(Ink::Faint, style));
     match seen.part(names) {

@@ -10,9 +10,9 @@ use jde_panel::Ink;
 use serde_json::json;
 
 use super::cell;
-use super::rows::{Leaf, Row};
+use super::rows::{Leaf, ValueRow};
 use super::variable::VariableState;
-use crate::session::{Outcome, Session};
+use crate::session::{Outcome, WindowSession};
 use crate::style::{self, Style};
 
 /// The state of editing one value.
@@ -30,10 +30,10 @@ pub(super) struct Edit {
 /// Shows an editor for the value of a row.
 pub(super) fn show(
     ui: &mut Ui,
-    session: &Session,
+    session: &WindowSession,
     style: &Style,
     edits: &mut HashMap<String, Edit>,
-    row: &Row,
+    row: &ValueRow,
     info: &VariableInfo,
     seen: &VariableState,
 ) {

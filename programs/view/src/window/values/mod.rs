@@ -17,10 +17,10 @@ use jde_records::snapshot::{HoldKind, SchemaView};
 
 use super::Window;
 use super::scope::field;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{self, Style};
 use edit::Edit;
-use rows::{Row, RowKind};
+use rows::{RowKind, ValueRow};
 use variable::VariableState;
 
 /// Rate of visible rows: as fast as numbers can be read.
@@ -66,7 +66,7 @@ impl Values {
         ui.add_space(2.0);
     }
 
-    fn schema(&mut self, ui: &mut Ui, session: &Session, style: &Style, name: &str) {
+    fn schema(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style, name: &str) {
         let folded = self.folded.contains(name);
         if cell::fold(ui, name, !folded) {
             if folded {
@@ -88,7 +88,7 @@ impl Values {
     }
 
     /// Shows the operator that modulates a schema, and a button that releases it.
-    fn held(ui: &mut Ui, session: &Session, style: &Style, name: &str) {
+    fn held(ui: &mut Ui, session: &WindowSession, style: &Style, name: &str) {
         let holds = session.view(name).into_iter().flat_map(SchemaView::holds);
         let holds = holds.filter(|hold| hold.kind == HoldKind::Modulated);
         let by: Vec<_> = holds.map(|hold| hold.by.as_str()).collect();
@@ -122,9 +122,9 @@ impl Values {
     fn row(
         &mut self,
         table: &mut egui_extras::TableRow<'_, '_>,
-        session: &Session,
+        session: &WindowSession,
         style: &Style,
-        row: &Row,
+        row: &ValueRow,
     ) {
         let name = match &row.what {
             RowKind::Schema(name) => {
@@ -197,7 +197,7 @@ impl Values {
 }
 
 impl Window for Values {
-    fn show(&mut self, ui: &mut Ui, session: &Session, style: &Style) {
+    fn show(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         self.head(ui);
         let rows = rows::of(session, self);
         if rows.is_empty() {

@@ -4,10 +4,10 @@ use jde_abi::describe::{FieldKind, Form, Scalar, Type};
 use jde_link::message::VariableInfo;
 
 use super::Values;
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// A row.
-pub(super) struct Row {
+pub(super) struct ValueRow {
     pub(super) what: RowKind,
     /// Level of indentation.
     pub(super) depth: usize,
@@ -42,7 +42,7 @@ pub(super) enum Leaf {
     Text,
 }
 
-impl Row {
+impl ValueRow {
     /// The unique name of the row, in the notation of all tools.
     pub(super) fn path(&self) -> String {
         match &self.what {
@@ -70,7 +70,7 @@ impl Row {
 }
 
 /// The unfolded rows that match the search and the filter, in the application's order.
-pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
+pub(super) fn of(session: &WindowSession, window: &Values) -> Vec<ValueRow> {
     let search = window.search.to_lowercase();
     let mut rows = Vec::new();
     let mut last = None;
@@ -86,7 +86,7 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
         }
         if last != Some(&info.owner) {
             last = Some(&info.owner);
-            rows.push(Row {
+            rows.push(ValueRow {
                 what: RowKind::Schema(info.owner.clone()),
                 depth: 0,
                 foldable: true,
@@ -100,7 +100,7 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
         }
         let value_type = window.seen.get(&info.name).and_then(|seen| seen.value_type());
         let single_leaf = value_type.and_then(single_leaf);
-        rows.push(Row {
+        rows.push(ValueRow {
             what: RowKind::Variable(info.name.clone()),
             depth: 1,
             foldable: value_type.is_some() && single_leaf.is_none(),
@@ -117,14 +117,20 @@ pub(super) fn of(session: &Session, window: &Values) -> Vec<Row> {
     rows
 }
 
-fn fields(rows: &mut Vec<Row>, window: &Values, variable: &str, value_type: &Type, names: &mut Vec<String>) {
+fn fields(
+    rows: &mut Vec<ValueRow>,
+    window: &Values,
+    variable: &str,
+    value_type: &Type,
+    names: &mut Vec<String>,
+) {
     for field in &value_type.fields {
         names.push(field.name.clone());
         let inner = match (&field.kind, field.form) {
             (FieldKind::Struct(inner), Form::One) => Some(inner),
             _ => None,
         };
-        let row = Row {
+        let row = ValueRow {
             what: RowKind::Field {
                 variable: variable.to_owned(),
                 names: names.clone(),

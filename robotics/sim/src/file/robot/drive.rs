@@ -1,21 +1,29 @@
 //! The drive and the odometry of a robot file.
 
-use super::super::document::{Document, Item, Table};
-use super::super::nearest;
-use super::super::values::{self, Read, between};
+use super::super::values::{self, between};
+use super::sensors::{DELIVERY_KEYS, delivery};
 use super::{degrees, section};
 use crate::config::RobotConfig;
 use crate::drive::Kinematics;
+use crate::sensor::Delivery;
+use jde_document::{Checked, FaultReport, Node, Section};
 
-const KEYS: [&str; 6] = [
+const KEYS: [&str; 7] = [
     "kinematics",
     "max_speed",
     "acceleration",
     "deceleration",
     "lag",
+    "dead_band",
     "max_push",
 ];
-const TURN_KEYS: [&str; 3] = ["max_turn_deg", "turn_acceleration_deg", "turn_deceleration_deg"];
+const TURN_KEYS: [&str; 5] = [
+    "max_turn_deg",
+    "turn_acceleration_deg",
+    "turn_deceleration_deg",
+    "turn_dead_band_deg",
+    "skid",
+];
 const LATERAL_KEYS: [&str; 2] = ["max_lateral_speed", "lateral_acceleration"];
 const CAR_KEYS: [&str; 3] = ["wheelbase", "max_steering_deg", "steering_rate_deg"];
 const ODOMETRY_KEYS: [&str; 4] = ["track", "ticks_per_mm", "wheel_error", "slip"];
@@ -39,27 +47,28 @@ const KINDS: [(&str, Kind); 3] = [
 
 /// Reads the drive, on the wheels of the odometry.
 pub(super) fn read(
-    document: &Document<'_>,
-    root: &Table<'_>,
+    report: &mut FaultReport<'_>,
+    root: &Section<'_>,
     wheels: Option<RobotConfig>,
 ) -> Option<RobotConfig> {
     // The kinematics decides which keys are known.
     let kind = root
         .get("drive")
-        .and_then(|item| item.get_ref().get("kinematics"))
-        .and_then(|item| self::kind(item).ok());
-    let table = section(document, root, "drive", &known(kind))?;
+        .and_then(|node| node.get_ref().get("kinematics"))
+        .and_then(|node| self::kind(node).ok());
+    let table = section(report, root, "drive", &known(kind))?;
     let acceleration = between(ACCELERATION.0, ACCELERATION.1, "m/s²");
-    let max_linear = table.required("max_speed", between(0.01, 20.0, "m/s"));
-    let gain = table.required("acceleration", acceleration);
-    let loss = table.optional("deceleration", gain.unwrap_or(1.0), acceleration);
-    let lag = table.optional("lag", 0.0, between(0.0, 10.0, "s"));
+    let max_linear = table.required(report, "max_speed", between(0.01, 20.0, "m/s"));
+    let gain = table.required(report, "acceleration", acceleration);
+    let loss = table.optional(report, "deceleration", gain.unwrap_or(1.0), acceleration);
+    let lag = table.optional(report, "lag", 0.0, between(0.0, 10.0, "s"));
+    let dead_band = table.optional(report, "dead_band", 0.0, between(0.0, 1.0, "m/s"));
     let max_push = RobotConfig::default().max_push;
-    let max_push = table.optional("max_push", max_push, between(0.01, 1e4, "kg"));
-    let kind = table.required("kinematics", self::kind)?;
-    let kinematics = kinematics(&table, kind);
+    let max_push = table.optional(report, "max_push", max_push, between(0.01, 1e4, "kg"));
+    let kind = table.required(report, "kinematics", self::kind)?;
+    let kinematics = kinematics(report, &table, kind);
     let config = match kind {
-        Kind::Differential | Kind::Omnidirectional => turns(&table, wheels),
+        Kind::Differential | Kind::Omnidirectional => turns(report, &table, wheels),
         Kind::Car => wheels,
     };
     Some(RobotConfig {
@@ -68,26 +77,35 @@ pub(super) fn read(
         linear_acceleration: gain?,
         linear_deceleration: loss?,
         lag: lag?,
+        dead_band: dead_band?,
         max_push: max_push?,
         ..config?
     })
 }
 
-/// Reads the odometry into the default robot.
-pub(super) fn odometry(document: &Document<'_>, root: &Table<'_>) -> Option<RobotConfig> {
-    let table = section(document, root, "odometry", &ODOMETRY_KEYS)?;
+/// Reads the odometry into the default robot, and how its measurements arrive.
+pub(super) fn odometry(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<(RobotConfig, Delivery)> {
+    let keys = [&ODOMETRY_KEYS[..], &DELIVERY_KEYS].concat();
+    let table = section(report, root, "odometry", &keys)?;
+    let delivery = delivery(report, &table);
     let default = RobotConfig::default();
-    let track = table.required("track", between(0.01, 10.0, "m"));
-    let ticks = table.required("ticks_per_mm", between(1e-3, 1e6, "ticks"));
-    let scale = table.optional("wheel_error", default.wheel_scale_sigma, between(0.0, 0.5, ""));
-    let slip = table.optional("slip", default.slip_sigma, between(0.0, 1.0, "m"));
-    Some(RobotConfig {
+    let track = table.required(report, "track", between(0.01, 10.0, "m"));
+    let ticks = table.required(report, "ticks_per_mm", between(1e-3, 1e6, "ticks"));
+    let scale = table.optional(
+        report,
+        "wheel_error",
+        default.wheel_scale_sigma,
+        between(0.0, 0.5, ""),
+    );
+    let slip = table.optional(report, "slip", default.slip_sigma, between(0.0, 1.0, "m"));
+    let config = RobotConfig {
         track: track?,
         ticks_per_meter: ticks? * 1000.0,
         wheel_scale_sigma: scale?,
         slip_sigma: slip?,
         ..default
-    })
+    };
+    Some((config, delivery?))
 }
 
 /// Returns the keys of a kinematics; all for one that is not known, which is fault enough.
@@ -100,36 +118,30 @@ fn known(kind: Option<Kind>) -> Vec<&'static str> {
     }
 }
 
-fn kind(item: &Item<'_>) -> Read<Kind> {
-    let text = values::text(item)?;
-    let found = KINDS.into_iter().find(|(name, _)| *name == text);
-    found.map(|(_, kind)| kind).ok_or_else(|| {
-        let names = KINDS.map(|(name, _)| name);
-        let known = match nearest(&text, names.into_iter()) {
-            Some(name) => format!("did you mean `{name}`?"),
-            None => format!("expected one of `{}`", names.join("`, `")),
-        };
-        (item.span(), format!("is `{text}`: {known}"))
-    })
+fn kind(node: &Node<'_>) -> Checked<Kind> {
+    values::one_of(node, "a kinematics", &KINDS)
 }
 
-fn kinematics(table: &Table<'_>, kind: Kind) -> Option<Kinematics> {
-    let angle = |key, high, unit| table.required(key, degrees(1.0, high, unit));
+fn kinematics(report: &mut FaultReport<'_>, table: &Section<'_>, kind: Kind) -> Option<Kinematics> {
     match kind {
         Kind::Differential => Some(Kinematics::Differential),
         Kind::Omnidirectional => {
-            let max_lateral = table.required("max_lateral_speed", between(0.01, 20.0, "m/s"));
+            let max_lateral = table.required(report, "max_lateral_speed", between(0.01, 20.0, "m/s"));
             let acceleration = between(ACCELERATION.0, ACCELERATION.1, "m/s²");
-            let lateral_acceleration = table.required("lateral_acceleration", acceleration);
+            let lateral_acceleration = table.required(report, "lateral_acceleration", acceleration);
             Some(Kinematics::Omnidirectional {
                 max_lateral: max_lateral?,
                 lateral_acceleration: lateral_acceleration?,
             })
         }
         Kind::Car => {
-            let wheelbase = table.required("wheelbase", between(0.01, 10.0, "m"));
-            let max_steering = angle("max_steering_deg", 80.0, "degrees");
-            let steering_rate = angle("steering_rate_deg", ACCELERATION.1, "degrees/s");
+            let wheelbase = table.required(report, "wheelbase", between(0.01, 10.0, "m"));
+            let max_steering = table.required(report, "max_steering_deg", degrees(1.0, 80.0, "degrees"));
+            let steering_rate = table.required(
+                report,
+                "steering_rate_deg",
+                degrees(1.0, ACCELERATION.1, "degrees/s"),
+            );
             Some(Kinematics::Car {
                 wheelbase: wheelbase?,
                 max_steering: max_steering?,
@@ -140,12 +152,30 @@ fn kinematics(table: &Table<'_>, kind: Kind) -> Option<Kinematics> {
 }
 
 /// Reads the limits of the turn rate.
-fn turns(table: &Table<'_>, wheels: Option<RobotConfig>) -> Option<RobotConfig> {
+fn turns(
+    report: &mut FaultReport<'_>,
+    table: &Section<'_>,
+    wheels: Option<RobotConfig>,
+) -> Option<RobotConfig> {
     let acceleration = || degrees(1.0, ACCELERATION.1, "degrees/s²");
-    let max_angular = table.required("max_turn_deg", degrees(1.0, 5000.0, "degrees/s"));
-    let gain = table.required("turn_acceleration_deg", acceleration());
-    let loss = table.optional("turn_deceleration_deg", gain.unwrap_or(1.0), acceleration());
+    let max_angular = table.required(report, "max_turn_deg", degrees(1.0, 5000.0, "degrees/s"));
+    let gain = table.required(report, "turn_acceleration_deg", acceleration());
+    let loss = table.optional(
+        report,
+        "turn_deceleration_deg",
+        gain.unwrap_or(1.0),
+        acceleration(),
+    );
+    let band = table.optional(
+        report,
+        "turn_dead_band_deg",
+        0.0,
+        degrees(0.0, 500.0, "degrees/s"),
+    );
+    let skid = table.optional(report, "skid", 0.0, between(0.0, 0.9, ""));
     Some(RobotConfig {
+        turn_dead_band: band?,
+        skid: skid?,
         max_angular: max_angular?,
         angular_acceleration: gain?,
         angular_deceleration: loss?,

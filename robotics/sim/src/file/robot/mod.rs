@@ -4,17 +4,17 @@
 //! The faults of a file are reported together. The reader ignores nothing.
 
 mod drive;
+mod lasers;
 mod sensors;
 
 use std::path::Path;
 
-use super::document::{Document, Item, Table};
 use super::parse;
-use super::values::{self, Read, between};
+use super::values::{self, between};
 use crate::config::RobotConfig;
-use crate::error::Fault;
 use crate::footprint::{Footprint, Polygon};
 use crate::model::RobotModel;
+use jde_document::{Checked, FaultReport, Faults, Node, Section, WrongValue, quote_all};
 
 const KEYS: [&str; 13] = [
     "name",
@@ -32,36 +32,40 @@ const KEYS: [&str; 13] = [
     "battery",
 ];
 
-pub(crate) fn read(text: &str, path: &Path) -> Result<RobotModel, Vec<Fault>> {
+pub(crate) fn read(text: &str, path: &Path) -> Result<RobotModel, Faults> {
     parse(text, path, "robot", &KEYS, robot)
 }
 
 /// Reads all parts before it returns, so that every fault is reported.
-fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
-    let stem = document.path().file_stem().unwrap_or_default();
-    let name = root.optional("name", stem.to_string_lossy().into_owned(), values::text);
-    let doc = root.optional("doc", String::new(), values::text);
-    let footprint =
-        section(document, root, "footprint", &["radius", "polygon"]).and_then(|table| footprint(&table));
-    let wheels = drive::odometry(document, root);
-    let config = drive::read(document, root, wheels);
-    let lasers = sensors::lasers(document, root);
-    let sonars = sensors::sonars(document, root);
-    let line_sensor = sensors::line(document, root);
-    let imu = sensors::imu(document, root);
-    let position = sensors::position(document, root);
-    let bumpers = root.optional("bumpers", false, values::flag);
-    let battery = root.optional("battery", false, values::flag);
-    let head = sensors::head(document, root)?;
+fn robot(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<RobotModel> {
+    let stem = report.file().file_stem().unwrap_or_default();
+    let name = root.optional(report, "name", stem.to_string_lossy().into_owned(), values::text);
+    let doc = root.optional(report, "doc", String::new(), values::text);
+    let footprint = section(report, root, "footprint", &["radius", "polygon"])
+        .and_then(|table| footprint(report, &table));
+    let (wheels, odometry) = drive::odometry(report, root).unzip();
+    let config = drive::read(report, root, wheels);
+    let lasers = lasers::read(report, root);
+    let sonars = sensors::sonars(report, root);
+    let line_sensor = sensors::line(report, root);
+    let imu = sensors::imu(report, root);
+    let position = sensors::position(report, root);
+    let bumpers = root.optional(report, "bumpers", false, values::flag);
+    let battery = root.optional(report, "battery", false, values::flag);
+    let head = sensors::head(report, root)?;
+    let lasers = lasers?;
+    let turns = lasers.iter().filter_map(|laser| laser.config.turn);
     Some(RobotModel {
         name: name?,
         doc: doc?,
         config: RobotConfig {
             footprint: footprint?,
             head: head.clone().unwrap_or_default(),
+            trail: turns.map(|turn| turn.period).fold(0.0, f64::max),
             ..config?
         },
-        lasers: lasers?,
+        odometry: odometry?,
+        lasers,
         sonars: sonars?,
         line_sensor: line_sensor?,
         imu: imu?,
@@ -72,37 +76,41 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
     })
 }
 
-fn footprint(table: &Table<'_>) -> Option<Footprint> {
+fn footprint(report: &mut FaultReport<'_>, table: &Section<'_>) -> Option<Footprint> {
     match (table.get("radius"), table.get("polygon")) {
         (Some(_), None) => {
-            let radius = table.required("radius", between(0.01, 10.0, "m"))?;
+            let radius = table.required(report, "radius", between(0.01, 10.0, "m"))?;
             Some(Footprint::Circle { radius })
         }
-        (None, Some(_)) => table.required("polygon", polygon).map(Footprint::Polygon),
+        (None, Some(_)) => table.required(report, "polygon", polygon).map(Footprint::Polygon),
         (Some(_), Some(_)) | (None, None) => {
-            table.fault(table.span(), "expected either a `radius` or a `polygon`");
+            table.fault(report, &table.span, "must have either a `radius` or a `polygon`");
             None
         }
     }
 }
 
-fn polygon(item: &Item<'_>) -> Read<Polygon> {
-    Polygon::new(&values::points(item)?).map_err(|reason| (item.span(), reason))
+fn polygon(node: &Node<'_>) -> Checked<Polygon> {
+    Polygon::new(&values::points(node)?).map_err(|reason| WrongValue::new(node, reason))
 }
 
 /// Returns a table of the file; a missing one is a fault.
-fn section<'a>(document: &'a Document<'a>, root: &Table<'a>, key: &str, known: &[&str]) -> Option<Table<'a>> {
-    let Some(item) = root.get(key) else {
-        root.fault(
-            root.span(),
-            format!("[{key}] is missing: expected `{}`", known.join("`, `")),
-        );
+fn section<'a>(
+    report: &mut FaultReport<'_>,
+    root: &Section<'a>,
+    key: &str,
+    known: &[&str],
+) -> Option<Section<'a>> {
+    if root.get(key).is_none() {
+        report
+            .file_fault(format!("{} is missing", root.key(key)))
+            .advise(format!("add [{key}] with {}", quote_all(known.iter().copied())));
         return None;
-    };
-    Table::nested(document, item, key, known)
+    }
+    root.nested(report, key, known)
 }
 
 /// Returns a reader of degrees, which returns radians.
-fn degrees(low: f64, high: f64, unit: &'static str) -> impl Fn(&Item<'_>) -> Read<f64> {
-    move |item| Ok(between(low, high, unit)(item)?.to_radians())
+fn degrees(low: f64, high: f64, unit: &'static str) -> impl Fn(&Node<'_>) -> Checked<f64> {
+    move |node| Ok(between(low, high, unit)(node)?.to_radians())
 }

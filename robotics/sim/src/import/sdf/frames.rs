@@ -4,7 +4,7 @@
 //! it; `a::b` is the `b` in the model `a`.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry as Place;
+use std::collections::hash_map::Entry as ElementPlace;
 
 use jde_files::{Budget, Exceeded};
 
@@ -103,7 +103,7 @@ impl Frames {
             inside: None,
             state: State::Unknown,
         });
-        if let Place::Vacant(place) = self.scopes[scope.0].names.entry(name.to_owned()) {
+        if let ElementPlace::Vacant(place) = self.scopes[scope.0].names.entry(name.to_owned()) {
             place.insert(vec![id]);
         }
         Ok(id)
@@ -131,7 +131,7 @@ impl Frames {
         for (name, path) in names {
             budget.work(1)?;
             budget.hold(FRAME + name.len())?;
-            if let Place::Vacant(place) = self.scopes[outside.0].names.entry(name) {
+            if let ElementPlace::Vacant(place) = self.scopes[outside.0].names.entry(name) {
                 place.insert([vec![model], path].concat());
             }
         }

@@ -16,15 +16,15 @@ mod xml;
 
 use std::path::{Path, PathBuf};
 
+use jde_document::{Fault, Faults};
 use jde_files::{Budget, LeftOut};
 
 use super::writer::Draft;
 use super::{ImportedWorld, OVERHEAD};
-use crate::error::Fault;
 use frames::{Frames, Id, Scope, Stated};
 use models::Models;
 use walk::Context;
-use xml::{Document, Node, Place, ROOTS};
+use xml::{Document, ElementPlace, Node, ROOTS};
 
 /// How far the bounds are from the things of a world, m, and as a part of its extent: room for the starts of robots.
 const MARGIN: (f64, f64) = (2.0, 0.1);
@@ -81,7 +81,7 @@ pub(super) fn read(
     text: &str,
     stem: String,
     folders: &[PathBuf],
-) -> Result<ImportedWorld, Vec<Fault>> {
+) -> Result<ImportedWorld, Faults> {
     let mut reader = Reader {
         path,
         models: Models::new(folders),
@@ -101,18 +101,14 @@ pub(super) fn read(
     reader.faults.extend(read.as_ref().err().cloned());
     match read {
         Ok(name) if reader.faults.is_empty() => Ok(reader.finish(&name, stem)),
-        _ => Err(reader.faults),
+        _ => Err(reader.faults.into()),
     }
 }
 
 impl Reader<'_> {
     /// Reads the file, and returns the name of the world.
     fn file(&mut self, text: &str, stem: &str) -> Result<String, Fault> {
-        let fault = |line, message| Fault {
-            file: self.path.to_owned(),
-            line: Some(line),
-            message,
-        };
+        let fault = |line, message| Fault::at_line(self.path, line, message);
         let document =
             Document::parse(text, None, &mut self.budget).map_err(|(line, message)| fault(line, message))?;
         let root = document.root(&ROOTS).filter(|root| ROOTS.contains(&root.name()));
@@ -190,12 +186,13 @@ impl Reader<'_> {
         self.leave(node, unused::named(node), unused::reason(node.name()));
     }
 
-    fn fault(&self, place: &Place, message: impl ToString) -> Fault {
-        Fault {
-            file: place.file.clone().unwrap_or_else(|| self.path.to_owned()),
-            line: Some(place.line),
-            message: message.to_string().replace(char::is_control, " "),
-        }
+    fn fault(&self, place: &ElementPlace, message: impl ToString) -> Fault {
+        let file = place.file.as_deref().unwrap_or(self.path);
+        Fault::at_line(
+            file,
+            place.line,
+            message.to_string().replace(char::is_control, " "),
+        )
     }
 
     fn finish(mut self, name: &str, stem: String) -> ImportedWorld {

@@ -143,7 +143,7 @@ fn model_file(folder: &Path, budget: &mut Budget) -> Result<PathBuf, String> {
     match newest {
         Some(file) if file.is_file() => Ok(file),
         Some(file) => Err(format!(
-            "{} names {}, which is no file",
+            "{} names {}, which is not a file",
             config.display(),
             file.display()
         )),
@@ -159,12 +159,12 @@ fn near_name(folder: &Path) -> String {
 }
 
 fn shown(folders: &[PathBuf]) -> String {
-    const MOST: usize = 3;
+    const MAX_SHOWN: usize = 3;
     let names: Vec<_> = folders
         .iter()
-        .take(MOST)
+        .take(MAX_SHOWN)
         .map(|folder| folder.display().to_string())
         .collect();
-    let more = if folders.len() > MOST { ", ..." } else { "" };
+    let more = if folders.len() > MAX_SHOWN { ", ..." } else { "" };
     format!("{}{more}", names.join(", "))
 }

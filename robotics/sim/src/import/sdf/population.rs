@@ -58,7 +58,7 @@ impl Places {
             let number = number.filter(|number| (1.0..1e9).contains(number));
             number
                 .map(|number| number as u64)
-                .ok_or_else(|| format!("its `{key}` is no number from 1"))
+                .ok_or_else(|| format!("its `{key}` is not a number from 1"))
         };
         let sizes = |key: &str, inner: &str| {
             let node = population.child(key).and_then(|node| node.child(inner));

@@ -11,7 +11,7 @@ const FLAT: f64 = 0.005;
 /// The greatest sine of a tilt that counts as none: the rounding of saved states.
 const UPRIGHT: f64 = 1e-3;
 /// The least width of a thing, m, and the least distance of two points of an outline: the resolution of what is written.
-const TINY: f64 = 1e-5;
+const MIN_WIDTH: f64 = 1e-5;
 /// The greatest coordinate and size, m: a tenth of what a world file may have.
 pub(super) const FAR: f64 = 1e4;
 /// The corners for which a circle stands that is not seen from its end.
@@ -63,7 +63,7 @@ impl Shape {
     /// Returns what a robot meets and its height above the floor, or why it meets nothing.
     pub(super) fn seen(&self, pose: Pose3) -> Result<(Plan, f64), String> {
         let numbers = self.sizes();
-        if !numbers.iter().all(|size| *size >= TINY) {
+        if !numbers.iter().all(|size| *size >= MIN_WIDTH) {
             return Err("its size is not above 0".to_owned());
         }
         let corners = if let Self::Prism { points, .. } = self {
@@ -92,7 +92,7 @@ impl Shape {
             Self::Box(sizes) | Self::Ellipsoid(sizes) => sizes.to_vec(),
             Self::Cylinder { radius, length } | Self::Cone { radius, length } => vec![*radius, *length],
             // One without a length is a sphere.
-            Self::Capsule { radius, length } => vec![*radius, length.max(TINY)],
+            Self::Capsule { radius, length } => vec![*radius, length.max(MIN_WIDTH)],
             Self::Sphere(radius) => vec![*radius],
             Self::Prism { height, .. } => vec![*height],
         }
@@ -132,7 +132,7 @@ impl Shape {
         let axes = pose.axes();
         let [_, _, up] = axes;
         let is_upright = libm::hypot(up[0], up[1]) <= UPRIGHT;
-        let circle = |radius: f64| (radius >= TINY).then_some(Plan::Circle { center, radius });
+        let circle = |radius: f64| (radius >= MIN_WIDTH).then_some(Plan::Circle { center, radius });
         match self {
             Self::Box(sizes) => {
                 // The axis that is upright, whichever it is.
@@ -155,7 +155,7 @@ impl Shape {
             Self::Cylinder { radius, length } => {
                 if up[2].abs() <= UPRIGHT {
                     let width = 2.0 * chord(*radius, pose.at[2], 0.0);
-                    return (width >= TINY).then(|| Plan::Box {
+                    return (width >= MIN_WIDTH).then(|| Plan::Box {
                         center,
                         size: [*length, width],
                         angle: libm::atan2(up[1], up[0]),
@@ -248,7 +248,8 @@ fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let mut chain: Vec<[f64; 2]> = Vec::new();
         for point in points {
             while let [.., a, b] = chain[..]
-                && (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]) <= TINY * TINY
+                && (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])
+                    <= MIN_WIDTH * MIN_WIDTH
             {
                 chain.pop();
             }
@@ -264,7 +265,7 @@ fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 
 /// Returns an outline without points that are at one place; `None` if nothing is left.
 fn closed(mut points: Vec<[f64; 2]>) -> Option<Plan> {
-    let is_same = |a: &[f64; 2], b: &[f64; 2]| libm::hypot(a[0] - b[0], a[1] - b[1]) < TINY;
+    let is_same = |a: &[f64; 2], b: &[f64; 2]| libm::hypot(a[0] - b[0], a[1] - b[1]) < MIN_WIDTH;
     points.dedup_by(|b, a| is_same(a, b));
     while points.len() > 1 && is_same(&points[0], &points[points.len() - 1]) {
         points.pop();

@@ -1,11 +1,12 @@
 //! The collisions of a world, drawn where their frames put them.
 
+use jde_document::Fault;
+
 use super::super::writer::{DraftBox, DraftWall};
 use super::pose3::Pose3;
 use super::shapes::{FAR, Plan, Shape};
 use super::xml::Node;
 use super::{Reader, Solid, unused, values};
-use crate::error::Fault;
 
 impl Reader<'_> {
     /// Places a collision in the world.

@@ -1,5 +1,6 @@
 //! The parts of a world and of its models, and of the models that they include.
 
+use jde_document::Fault;
 use jde_files::Exceeded;
 
 use super::frames::{Scope, Stated};
@@ -8,7 +9,6 @@ use super::population::Places;
 use super::pose3::Pose3;
 use super::xml::{Node, ROOTS};
 use super::{Reader, Solid, unused, values};
-use crate::error::Fault;
 
 /// Models that are within each other; what is more would need a larger stack.
 const MAX_NESTED: usize = 64;

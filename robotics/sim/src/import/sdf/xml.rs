@@ -21,8 +21,8 @@ pub(super) const ROOTS: [&str; 2] = ["sdf", "gazebo"];
 /// The version in which the attribute `frame` of a pose became `relative_to`.
 const RELATIVE_TO: [u32; 2] = [1, 7];
 
-/// A fault and its line.
-type Fault = (usize, String);
+/// A line, and what is wrong there.
+type Wrong = (usize, String);
 
 /// The elements of a file.
 #[derive(Debug)]
@@ -47,12 +47,12 @@ struct Element {
 
 /// Where an element is: its line, and its file unless that is the one that is converted.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct ElementPlace {
     pub(super) file: Option<PathBuf>,
     pub(super) line: usize,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for ElementPlace {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.file {
             Some(file) => write!(formatter, "{}:{}", file.display(), self.line),
@@ -70,7 +70,7 @@ pub(super) struct Node {
 
 impl Document {
     /// Reads a text. `file` is the file that has it, unless it is the one that is converted.
-    pub(super) fn parse(text: &str, file: Option<&Path>, budget: &mut Budget) -> Result<Rc<Self>, Fault> {
+    pub(super) fn parse(text: &str, file: Option<&Path>, budget: &mut Budget) -> Result<Rc<Self>, Wrong> {
         let mut reader = Reader::from_str(text);
         let config = reader.config_mut();
         config.allow_dangling_amp = true;
@@ -193,8 +193,8 @@ impl Node {
         &self.element().name
     }
 
-    pub(super) fn place(&self) -> Place {
-        Place {
+    pub(super) fn place(&self) -> ElementPlace {
+        ElementPlace {
             file: self.document.file.clone(),
             line: self.element().line,
         }
@@ -307,11 +307,11 @@ fn unescaped(value: &str) -> String {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<Node, Fault> {
+    fn parse(text: &str) -> Result<Node, Wrong> {
         Document::parse(text, None, &mut Budget::default()).map(|document| document.root(&["sdf"]).unwrap())
     }
 
-    fn fault(text: &str) -> Fault {
+    fn fault(text: &str) -> Wrong {
         parse(text).expect_err("it is no XML")
     }
 

@@ -12,13 +12,13 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use jde_document::{Fault, Faults};
 use jde_files::{Budget, LeftOut};
 use jde_map_file::Picture;
 
 use super::pose::Pose;
 use super::writer::{Draft, DraftBox, DraftWall};
 use super::{ImportedWorld, OVERHEAD};
-use crate::error::{Fault, bounded};
 use raster::Bitmap;
 use syntax::Entity;
 
@@ -60,12 +60,12 @@ struct Units {
 /// What a world and all its files may take: many times the worlds that come with Stage.
 const BUDGET: Budget = Budget::new(128 << 20, 100_000_000, 64);
 
-pub(super) fn read(path: &Path, text: &str, stem: String) -> Result<ImportedWorld, Vec<Fault>> {
+pub(super) fn read(path: &Path, text: &str, stem: String) -> Result<ImportedWorld, Faults> {
     let (mut budget, mut left_out) = (BUDGET, LeftOut::default());
-    let root = syntax::parse(path, text, &mut budget, &mut left_out).map_err(|fault| vec![fault])?;
+    let root = syntax::parse(path, text, &mut budget, &mut left_out)?;
     let mut reader = Reader {
         path,
-        units: Units::read(&root).map_err(|fault| vec![fault])?,
+        units: Units::read(&root)?,
         draft: Draft::default(),
         bitmaps: Vec::new(),
         pictures: HashMap::new(),
@@ -101,7 +101,7 @@ pub(super) fn read(path: &Path, text: &str, stem: String) -> Result<ImportedWorl
             .push(root.place.fault("has no model that stands on the floor"));
     }
     if !reader.faults.is_empty() {
-        return Err(bounded(reader.faults));
+        return Err(reader.faults.into());
     }
     let mut notes = Vec::new();
     if !reader.draft.starts.is_empty() {

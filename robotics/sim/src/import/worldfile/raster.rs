@@ -5,7 +5,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use jde_files::{Budget, Exceeded, LeftOut};
-use jde_map_file::{Cell, MapFile, Picture, Shade};
+use jde_map_file::{MapCell, MapFile, Picture, Shade};
 
 use crate::import::pose::Pose;
 
@@ -143,7 +143,7 @@ pub(super) fn draw(
         ));
     }
     let (columns, rows) = (width as usize, height as usize);
-    let mut cells = vec![Cell::Free; columns * rows];
+    let mut cells = vec![MapCell::Free; columns * rows];
     let center = |start: f64, index: usize| start + (index as f64 + 0.5) * resolution;
     for bitmap in bitmaps {
         let corners = bitmap.corners();
@@ -162,7 +162,7 @@ pub(super) fn draw(
             let cells = &mut cells[row * columns..][..columns];
             for column in columns_around.clone() {
                 if bitmap.is_dark([center(left, column), center(bottom, row)]) {
-                    cells[column] = Cell::Occupied;
+                    cells[column] = MapCell::Occupied;
                 }
             }
         }

@@ -9,17 +9,15 @@ use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use jde_document::{Fault, MAX_BYTES};
 use jde_files::{Budget, Exceeded, LeftOut};
-use jde_map_file::MAX_TEXT;
-
-use crate::error::Fault;
 
 /// The greatest depth of files that include others, of definitions that use others, and of entities within entities.
 const MAX_DEPTH: usize = 64;
 
 /// A place in a file.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct TokenPlace {
     file: Rc<Path>,
     line: usize,
 }
@@ -31,15 +29,15 @@ pub(super) struct Entity {
     pub(super) kind: String,
     /// The type of Stage's own that its definition leads to.
     pub(super) base: String,
-    pub(super) place: Place,
+    pub(super) place: TokenPlace,
     properties: Vec<(String, Value)>,
     pub(super) children: Vec<Entity>,
 }
 
 #[derive(Clone, Debug)]
 enum Value {
-    Text(String, Place),
-    Numbers(Vec<f64>, Place),
+    Text(String, TokenPlace),
+    Numbers(Vec<f64>, TokenPlace),
 }
 
 /// A definition: where its entity begins, and the type of that.
@@ -71,7 +69,7 @@ pub(super) fn parse(
     budget: &mut Budget,
     left_out: &mut LeftOut,
 ) -> Result<Entity, Fault> {
-    let start = Place {
+    let start = TokenPlace {
         file: path.into(),
         line: 1,
     };
@@ -88,14 +86,10 @@ pub(super) fn parse(
     Ok(root)
 }
 
-impl Place {
+impl TokenPlace {
     /// Returns a fault at this place.
     pub(super) fn fault(&self, message: impl Into<String>) -> Fault {
-        Fault {
-            file: self.file.to_path_buf(),
-            line: Some(self.line),
-            message: message.into(),
-        }
+        Fault::at_line(&self.file, self.line, message)
     }
 
     /// Returns a file that is named here: beside the world, as in Stage, or else beside the file that names it.
@@ -108,7 +102,7 @@ impl Place {
 }
 
 /// As in a report: the file and the line.
-impl core::fmt::Display for Place {
+impl core::fmt::Display for TokenPlace {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let name = self.file.file_name().unwrap_or_default().to_string_lossy();
         write!(f, "{name}:{}", self.line)
@@ -116,7 +110,7 @@ impl core::fmt::Display for Place {
 }
 
 impl Entity {
-    fn new(base: &str, place: Place) -> Self {
+    fn new(base: &str, place: TokenPlace) -> Self {
         Self {
             kind: base.to_owned(),
             base: base.to_owned(),
@@ -141,7 +135,7 @@ impl Entity {
     }
 
     /// Returns the path of a file that a property names.
-    pub(super) fn path(&self, key: &str, world: &Path) -> Option<(PathBuf, &Place)> {
+    pub(super) fn path(&self, key: &str, world: &Path) -> Option<(PathBuf, &TokenPlace)> {
         match self.value(key)? {
             Value::Text(text, place) => Some((place.named(world, text), place)),
             Value::Numbers(..) => None,
@@ -149,7 +143,7 @@ impl Entity {
     }
 
     /// Returns the names of all properties, and where they are stated.
-    pub(super) fn keys(&self) -> impl Iterator<Item = (&str, &Place)> {
+    pub(super) fn keys(&self) -> impl Iterator<Item = (&str, &TokenPlace)> {
         self.properties.iter().map(|(name, value)| {
             let (Value::Text(_, place) | Value::Numbers(_, place)) = value;
             (name.as_str(), place)
@@ -189,7 +183,7 @@ impl Entity {
 }
 
 struct Parser<'p> {
-    tokens: Vec<(Token, Place)>,
+    tokens: Vec<(Token, TokenPlace)>,
     next: usize,
     definitions: HashMap<String, Definition>,
     budget: &'p mut Budget,
@@ -197,7 +191,7 @@ struct Parser<'p> {
 }
 
 impl Parser<'_> {
-    fn take(&mut self) -> Option<(Token, Place)> {
+    fn take(&mut self) -> Option<(Token, TokenPlace)> {
         let token = self.tokens.get(self.next).cloned();
         self.next += 1;
         token
@@ -208,7 +202,7 @@ impl Parser<'_> {
     }
 
     /// Counts what is read, and what is kept of it.
-    fn count(&mut self, place: &Place, bytes: usize) -> Result<(), Fault> {
+    fn count(&mut self, place: &TokenPlace, bytes: usize) -> Result<(), Fault> {
         let counted = self.budget.work(1).and_then(|()| self.budget.hold(bytes));
         counted.map_err(|exceeded| refused(place, exceeded))
     }
@@ -235,7 +229,7 @@ impl Parser<'_> {
     }
 
     /// Remembers where a definition is, up to its end.
-    fn define(&mut self, place: &Place) -> Result<(), Fault> {
+    fn define(&mut self, place: &TokenPlace) -> Result<(), Fault> {
         let (name, base) = (self.take(), self.take());
         let (Some((Token::Word(name), _)), Some((Token::Word(base), _))) = (name, base) else {
             return Err(place.fault("`define` needs a new name, a known one and `(`"));
@@ -272,7 +266,7 @@ impl Parser<'_> {
     }
 
     /// Reads an entity from its `(` to its `)`.
-    fn entity(&mut self, kind: &str, place: Place, depth: usize) -> Result<Entity, Fault> {
+    fn entity(&mut self, kind: &str, place: TokenPlace, depth: usize) -> Result<Entity, Fault> {
         if depth >= MAX_DEPTH {
             let message = format!("has more than {MAX_DEPTH} levels of entities or definitions");
             return Err(place.fault(message));
@@ -293,7 +287,7 @@ impl Parser<'_> {
         Ok(entity)
     }
 
-    fn property(&mut self, entity: &mut Entity, name: String, place: Place) -> Result<(), Fault> {
+    fn property(&mut self, entity: &mut Entity, name: String, place: TokenPlace) -> Result<(), Fault> {
         let mut numbers = Vec::new();
         let mut in_tuple = false;
         while let Some((token, _)) = self.tokens.get(self.next) {
@@ -331,7 +325,7 @@ impl Parser<'_> {
             .split('\n')
             .flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'));
         for (line, text) in (1..).zip(lines) {
-            let place = Place {
+            let place = TokenPlace {
                 file: file.clone(),
                 line,
             };
@@ -340,7 +334,7 @@ impl Parser<'_> {
             while let Some(first) = rest.chars().next().filter(|first| *first != '#') {
                 let (token, length) = token(rest, first).map_err(|message| place.fault(message))?;
                 rest = rest[length..].trim_start();
-                self.count(&place, size_of::<(Token, Place)>() + length)?;
+                self.count(&place, size_of::<(Token, TokenPlace)>() + length)?;
                 match token {
                     Token::Text(name) if is_include => self.include(world, &name, &place, depth)?,
                     _ if is_include => {
@@ -361,12 +355,12 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn include(&mut self, world: &Path, name: &str, place: &Place, depth: usize) -> Result<(), Fault> {
+    fn include(&mut self, world: &Path, name: &str, place: &TokenPlace, depth: usize) -> Result<(), Fault> {
         if depth >= MAX_DEPTH {
             return Err(place.fault(format!("more than {MAX_DEPTH} files include each other")));
         }
         let file = place.named(world, name);
-        let bytes = jde_files::read_unpacked(&file, MAX_TEXT)
+        let bytes = jde_files::read_unpacked(&file, MAX_BYTES)
             .map_err(|error| place.fault(format!("cannot read `{}`: {error}", file.display())))?;
         // A file is read each time that it is included: what it takes counts as often.
         self.count(place, bytes.len())?;
@@ -374,7 +368,7 @@ impl Parser<'_> {
     }
 }
 
-fn refused(place: &Place, exceeded: Exceeded) -> Fault {
+fn refused(place: &TokenPlace, exceeded: Exceeded) -> Fault {
     place.fault(format!(
         "the world is too large with its definitions and included files: {exceeded}"
     ))
@@ -424,7 +418,7 @@ fn token(text: &str, first: char) -> Result<(Token, usize), String> {
     match text[..length].parse() {
         Ok(number) => Ok((Token::Number(number), length)),
         Err(_) => Err(format!(
-            "`{}` is no number",
+            "`{}` is not a number",
             text[..length.max(first.len_utf8())].escape_debug()
         )),
     }

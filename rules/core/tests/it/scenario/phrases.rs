@@ -99,7 +99,7 @@ pub(super) struct Names<'a>(pub(super) &'a Spec);
 
 impl<'a> Names<'a> {
     pub(super) fn schema(self, id: SchemaId) -> &'a str {
-        &self.0.schemas[id.index()].name
+        &self.0.schemas[id].name
     }
 
     pub(super) fn optional(self, id: Option<SchemaId>) -> &'a str {
@@ -107,7 +107,7 @@ impl<'a> Names<'a> {
     }
 
     pub(super) fn group(self, id: GroupId) -> &'a str {
-        &self.0.groups[id.index()].name
+        &self.0.groups[id].name
     }
 
     pub(super) fn find(self, name: &str) -> Result<SchemaId, String> {
@@ -117,9 +117,8 @@ impl<'a> Names<'a> {
     }
 
     pub(super) fn find_group(self, name: &str) -> Result<GroupId, String> {
-        let index = self.0.groups.iter().position(|g| g.name == name);
-        let index = index.ok_or(format!("the scenario has no group `{name}`"))?;
-        Ok(GroupId(u32::try_from(index).expect("few groups")))
+        let group = self.0.groups.find(|g| g.name == name);
+        group.ok_or(format!("the scenario has no group `{name}`"))
     }
 
     pub(super) fn cause(self, cause: Cause) -> String {
@@ -154,7 +153,7 @@ impl<'a> Names<'a> {
             Effect::Promoted(id) => format!("{} is promoted", self.schema(*id)),
             Effect::Demoted(id) => format!("{} is demoted", self.schema(*id)),
             Effect::Arbitrate { group, .. } => {
-                let father = self.0.groups[group.index()].father;
+                let father = self.0.groups[*group].father;
                 format!("{} is asked about {}", self.optional(father), self.group(*group))
             }
             Effect::Brake { group } => format!("{} brakes", self.group(*group)),

@@ -4,6 +4,7 @@
 
 use jde_core::{
     ArbitrationReply, Check, Effect, Hierarchy, Holder, Nanos, Operator, Record, Refused, SchemaId,
+    Transaction,
 };
 
 use super::phrases::{Names, Time, case, decider, health, number, policy, state, time};
@@ -56,7 +57,7 @@ impl Player {
         }
         self.now = at;
         self.refused.clear();
-        self.call(|h, out| h.tick(at, out))?;
+        self.call(|transaction| transaction.tick())?;
         for phrase in &step.when {
             self.perform(phrase)
                 .map_err(|error| format!("when \"{phrase}\": {error}"))?;
@@ -64,9 +65,9 @@ impl Player {
         self.check_expectations(step)
     }
 
-    fn call<T>(&mut self, call: impl FnOnce(&mut Hierarchy, &mut Vec<Effect>) -> T) -> Result<T, String> {
+    fn call<T>(&mut self, call: impl FnOnce(&mut Transaction) -> T) -> Result<T, String> {
         let mut out = Vec::new();
-        let result = call(&mut self.h, &mut out);
+        let result = call(&mut self.h.at(self.now, &mut out));
         self.shadow.apply(self.h.spec(), &out)?;
         self.shadow.check_against(&self.h)?;
         self.effects.append(&mut out);
@@ -80,14 +81,14 @@ impl Player {
         let words: Vec<&str> = head.split_whitespace().collect();
         let now = self.now;
         match words.as_slice() {
-            ["the", "application", "starts"] => self.call(|h, out| h.start(now, out)),
+            ["the", "application", "starts"] => self.call(|transaction| transaction.start()),
             ["the", "application", "shuts", "down"] => {
                 self.shadow.begin_shutdown();
-                self.call(|h, out| h.shutdown(now, out))
+                self.call(|transaction| transaction.shutdown())
             }
             [who @ ("operator" | "ana" | "ben"), what @ ..] => self.operate(who, what),
             ["everything", "goes", "on"] => self
-                .call(|h, out| h.release_all(now, out))?
+                .call(|transaction| transaction.release_all())?
                 .map(drop)
                 .map_err(|refused| refused.to_string()),
             ["the", "debugger", "holds", name] => self.debug(name, true),
@@ -104,21 +105,29 @@ impl Player {
             [name, "iterates"] => self.begin(name, true).and_then(|()| self.end(name)),
             [name, "commands"] => self.command(name, true),
             [name, "may", "not", "command"] => self.command(name, false),
-            [father, "wakes", child] => self.call_child(father, child, Hierarchy::wake).and_then(accepted),
+            [father, "wakes", child] => self
+                .call_child(father, child, |transaction, father, child| {
+                    transaction.wake(father, child)
+                })
+                .and_then(accepted),
             [father, "may", "not", "wake", child] => self
-                .call_child(father, child, Hierarchy::wake)
+                .call_child(father, child, |transaction, father, child| {
+                    transaction.wake(father, child)
+                })
                 .and_then(|r| self.refusal(r)),
             [father, "lets", child, "sleep"] => self
-                .call_child(father, child, Hierarchy::sleep)
+                .call_child(father, child, |transaction, father, child| {
+                    transaction.sleep(father, child)
+                })
                 .and_then(accepted),
-            [name, "faults"] => self.on(name, |h, id, out| h.faulted(now, id, reason.to_owned(), out)),
-            ["the", "guard", "refuses", name] => self.on(name, |h, id, out| h.refused(now, id, out)),
-            [name, "is", "replaced"] => self.on(name, |h, id, out| h.restored(now, id, out)),
-            [name, "overruns"] => self.on(name, |h, id, out| h.overrun(id, out)),
-            [name, "is", "on", "time"] => self.on(name, |h, id, out| h.on_time(id, out)),
+            [name, "faults"] => self.on(name, |transaction, id| transaction.faulted(id, reason.to_owned())),
+            ["the", "guard", "refuses", name] => self.on(name, |transaction, id| transaction.refused(id)),
+            [name, "is", "replaced"] => self.on(name, |transaction, id| transaction.restored(id)),
+            [name, "overruns"] => self.on(name, |transaction, id| transaction.overrun(id)),
+            [name, "is", "on", "time"] => self.on(name, |transaction, id| transaction.on_time(id)),
             [name, "is", "retimed", "to", period] => {
                 let period = time(period)?;
-                self.on(name, |h, id, _| h.set_period(id, period))
+                self.on(name, |transaction, id| transaction.set_period(id, period))
             }
             [father, "chooses", child, "in", group] => {
                 let child = if *child == "nobody" {
@@ -145,7 +154,7 @@ impl Player {
             [group, "turns", "to", text @ ..] => {
                 let group = Names(self.h.spec()).find_group(group)?;
                 let policy = policy(&text.join(" "))?;
-                let result = self.call(|h, out| h.set_policy(now, group, policy, out))?;
+                let result = self.call(|transaction| transaction.set_policy(group, policy))?;
                 result.map_err(|error| error.to_string())
             }
             _ => Err("the phrase is unknown".into()),
@@ -156,28 +165,24 @@ impl Player {
         Names(self.h.spec()).find(name)
     }
 
-    fn on(
-        &mut self,
-        name: &str,
-        call: impl FnOnce(&mut Hierarchy, SchemaId, &mut Vec<Effect>),
-    ) -> Result<(), String> {
+    fn on(&mut self, name: &str, call: impl FnOnce(&mut Transaction, SchemaId)) -> Result<(), String> {
         let id = self.find(name)?;
-        self.call(|h, out| call(h, id, out))
+        self.call(|transaction| call(transaction, id))
     }
 
     fn check(&mut self, name: &str, ready: bool, urgency: Option<f64>, cause: Nanos) -> Result<(), String> {
-        let (id, now) = (self.find(name)?, self.now);
+        let id = self.find(name)?;
         let check = Check {
             ready,
             urgency: urgency.unwrap_or(0.0),
             cause,
         };
-        self.call(|h, out| h.checked(now, id, check, out))
+        self.call(|transaction| transaction.checked(id, check))
     }
 
     fn begin(&mut self, name: &str, expected: bool) -> Result<(), String> {
-        let (id, now) = (self.find(name)?, self.now);
-        if self.call(|h, out| h.begin(now, id, out))? != expected {
+        let id = self.find(name)?;
+        if self.call(|transaction| transaction.begin(id))? != expected {
             return Err(format!("it {} begin", if expected { "may not" } else { "may" }));
         }
         if expected {
@@ -187,9 +192,9 @@ impl Player {
     }
 
     fn end(&mut self, name: &str) -> Result<(), String> {
-        let (id, now) = (self.find(name)?, self.now);
+        let id = self.find(name)?;
         self.shadow.end_iteration(id);
-        self.call(|h, out| h.end(now, id, out))
+        self.call(|transaction| transaction.end(id))
     }
 
     fn command(&self, name: &str, expected: bool) -> Result<(), String> {
@@ -203,15 +208,14 @@ impl Player {
         }
     }
 
-    #[allow(clippy::type_complexity, reason = "the signature of `wake` and `sleep`")]
     fn call_child(
         &mut self,
         father: &str,
         child: &str,
-        call: fn(&mut Hierarchy, Nanos, SchemaId, SchemaId, &mut Vec<Effect>) -> Result<(), Refused>,
+        call: impl FnOnce(&mut Transaction, SchemaId, SchemaId) -> Result<(), Refused>,
     ) -> Result<Result<(), Refused>, String> {
-        let (father, child, now) = (self.find(father)?, self.find(child)?, self.now);
-        self.call(|h, out| call(h, now, father, child, out))
+        let (father, child) = (self.find(father)?, self.find(child)?);
+        self.call(|transaction| call(transaction, father, child))
     }
 
     /// Carries out what an operator does, or may not do, lastingly or under a lease.
@@ -221,15 +225,14 @@ impl Player {
             "ana" => 2,
             _ => 3,
         };
-        let now = self.now;
         let lasting = Holder::lasting(operator);
         let ended = match what {
-            ["stops", "everything"] => self.call(|h, out| h.stop_all(now, lasting, out))?,
+            ["stops", "everything"] => self.call(|transaction| transaction.stop_all(lasting))?,
             ["lets", "go", "of", name] => self.let_go(lasting, name)?,
             ["ends", "the", "lease", "on", name] => self.let_go(Holder::leased(operator), name)?,
             ["loads", name] => {
                 let id = self.find(name)?;
-                self.call(|h, out| h.load(now, id, out))?
+                self.call(|transaction| transaction.load(id))?
             }
             ["may", "not", verb, name, lease @ ..] => {
                 let refused = self.act(holder(operator, lease)?, verb, name)?;
@@ -242,27 +245,27 @@ impl Player {
     }
 
     fn let_go(&mut self, by: Holder, name: &str) -> Result<Result<(), Refused>, String> {
-        let (id, now) = (self.find(name)?, self.now);
-        Ok(self.call(|h, out| h.let_go(now, by, id, out))?.map(drop))
+        let id = self.find(name)?;
+        Ok(self.call(|transaction| transaction.let_go(by, id))?.map(drop))
     }
 
     fn act(&mut self, by: Holder, verb: &str, name: &str) -> Result<Result<(), Refused>, String> {
-        let (id, now) = (self.find(name)?, self.now);
+        let id = self.find(name)?;
         let action = match verb {
-            "unloads" => return self.call(|h, out| h.unload(now, by, id, out)),
+            "unloads" => return self.call(|transaction| transaction.unload(by, id)),
             "plays" | "play" => Operator::Play(id),
             "stops" | "stop" => Operator::Stop(id),
             "forces" | "force" => Operator::Force(id),
             "releases" | "release" => Operator::Release(id),
             _ => return Err(format!("an operator cannot `{verb}`")),
         };
-        self.call(|h, out| h.operator(now, by, action, out))
+        self.call(|transaction| transaction.operator(by, action))
     }
 
     fn debug(&mut self, name: &str, debugged: bool) -> Result<(), String> {
         let id = self.find(name)?;
         self.shadow.set_debugged(id, debugged);
-        self.call(|h, out| h.set_debugged(id, debugged, out))
+        self.call(|transaction| transaction.set_debugged(id, debugged))
     }
 
     fn refusal(&mut self, result: Result<(), Refused>) -> Result<(), String> {
@@ -276,15 +279,15 @@ impl Player {
     }
 
     fn reply(&mut self, father: &str, group: &str, reply: ArbitrationReply) -> Result<(), String> {
-        let (id, now) = (Names(self.h.spec()).find_group(group)?, self.now);
-        if self.h.spec().groups[id.index()].father != Some(self.find(father)?) {
+        let id = Names(self.h.spec()).find_group(group)?;
+        if self.h.spec().groups[id].father != Some(self.find(father)?) {
             return Err(format!("`{father}` is not the father of `{group}`"));
         }
         let ticket = self
             .h
             .pending_arbitration(id)
             .ok_or("no arbitration is pending")?;
-        self.call(|h, out| h.arbitrated(now, id, ticket, reply, out))
+        self.call(|transaction| transaction.arbitrated(id, ticket, reply))
     }
 
     fn check_expectations(&self, step: &Step) -> Result<(), String> {

@@ -4,11 +4,11 @@
 //! Each operation is one transaction of the rules, so that every other change precedes or follows it
 //! entirely.
 
-use jde_core::{Effect, Hierarchy, Holder, Nanos, Operator, Refused, SchemaId};
+use jde_core::{Holder, Operator, Refused, SchemaId, Transaction};
 use jde_records::turn::Operation;
 
+use super::Operators;
 use super::holds::Actor;
-use super::{Operators, schema};
 
 impl Operators {
     /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration
@@ -16,15 +16,15 @@ impl Operators {
     /// where an absence policy would hold it for a while (R9).
     pub(crate) fn stop_all(&self, by: &Actor) -> Result<(), String> {
         let mut holder = Holder::UNKNOWN;
-        let (done, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
-            holder = self.holds().holder(hierarchy, by);
-            self.stop_roots(hierarchy, now, out, holder)
+        let (done, moment) = self.rules.transact_recorded(|transaction| {
+            holder = self.holds().holder(transaction, by);
+            self.stop_roots(transaction, holder)
         });
         let stopped = match done {
             Ok(_) => Operation::AllStopped(holder),
             Err(_) => Operation::Refused,
         };
-        self.record_operation(0, stopped, moment);
+        self.record_operation(SchemaId(0), stopped, moment);
         self.report_operations(&by.name, done, Operator::Stop)
     }
 
@@ -32,12 +32,12 @@ impl Operators {
     pub(crate) fn release_all(&self, by: &Actor) -> Result<(), String> {
         let (done, moment) = self
             .rules
-            .transact_recorded(|hierarchy, now, out| hierarchy.release_all(now, out));
+            .transact_recorded(|transaction| transaction.release_all());
         let released = match done {
             Ok(_) => Operation::AllReleased,
             Err(_) => Operation::Refused,
         };
-        self.record_operation(0, released, moment);
+        self.record_operation(SchemaId(0), released, moment);
         self.report_operations(&by.name, done, Operator::Release)
     }
 
@@ -46,27 +46,19 @@ impl Operators {
         // The original operator was informed of a refusal.
         let _ = self
             .rules
-            .transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
+            .transact(|transaction| self.stop_roots(transaction, by));
     }
 
     /// Repeats an operator's release of everything, in a replay.
     pub(crate) fn repeat_release_all(&self) {
-        let _ = self
-            .rules
-            .transact(|hierarchy, now, out| hierarchy.release_all(now, out));
+        let _ = self.rules.transact(|transaction| transaction.release_all());
     }
 
-    fn stop_roots(
-        &self,
-        hierarchy: &mut Hierarchy,
-        now: Nanos,
-        out: &mut Vec<Effect>,
-        by: Holder,
-    ) -> Result<Vec<SchemaId>, Refused> {
-        hierarchy.stop_all(now, by, out)?;
+    fn stop_roots(&self, transaction: &mut Transaction, by: Holder) -> Result<Vec<SchemaId>, Refused> {
+        transaction.stop_all(by)?;
         let groups = self.application.groups.iter();
         let tops = groups.filter(|group| group.father.is_none());
-        let roots = tops.flat_map(|group| group.members.iter().map(|root| schema(*root)));
+        let roots = tops.flat_map(|group| group.members.iter().copied());
         Ok(roots.collect())
     }
 

@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use jde_abi::describe::Role;
+use jde_app::InstancePort;
 use jde_board::Variable;
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_records::event::OperatorAction;
 use jde_records::turn::{Moment, Operation, Turn, TurnKind};
 
@@ -19,7 +20,7 @@ impl Operators {
     pub(crate) fn fail_export(
         &self,
         by: &Actor,
-        instance: usize,
+        instance: SchemaId,
         export: &str,
         fault: SensorFault,
     ) -> Result<(), String> {
@@ -30,7 +31,7 @@ impl Operators {
             .check(value_type)
             .map_err(|reason| format!("`{name}.{export}` cannot fail so: {reason}"))?;
         let mut held = self.holds();
-        let failures = held.failing.entry((instance, port)).or_default();
+        let failures = held.failing.entry(InstancePort::new(instance, port)).or_default();
         failures.retain(|(actor, _)| actor != by);
         failures.push((by.clone(), fault));
         drop(held);
@@ -47,9 +48,14 @@ impl Operators {
     }
 
     /// Ends the failure of an export, whoever caused it.
-    pub(crate) fn repair_export(&self, by: &Actor, instance: usize, export: &str) -> Result<(), String> {
+    pub(crate) fn repair_export(&self, by: &Actor, instance: SchemaId, export: &str) -> Result<(), String> {
         let (port, _) = self.export(instance, export)?;
-        if self.holds().failing.remove(&(instance, port)).is_none() {
+        if self
+            .holds()
+            .failing
+            .remove(&InstancePort::new(instance, port))
+            .is_none()
+        {
             return Err(format!("`{}.{export}` does not fail", self.name(instance)));
         }
         self.end_fault(instance, port);
@@ -61,14 +67,15 @@ impl Operators {
 
     /// Ends what the actors selected by `whose` let fail of an instance. Of several failures of an export, the newest
     /// that is left is in force again. Returns whether there were any.
-    pub(super) fn repair_exports(&self, instance: usize, whose: impl Fn(&Actor) -> bool) -> bool {
+    pub(super) fn repair_exports(&self, instance: SchemaId, whose: impl Fn(&Actor) -> bool) -> bool {
         let mut changed = Vec::new();
         let mut held = self.holds();
-        for ((_, port), failures) in held.failing.range_mut((instance, 0)..=(instance, usize::MAX)) {
+        let port = |port| InstancePort::new(instance, port);
+        for (export, failures) in held.failing.range_mut(port(0)..=port(usize::MAX)) {
             let is_newest = failures.last().is_some_and(|(actor, _)| whose(actor));
             failures.retain(|(actor, _)| !whose(actor));
             if is_newest {
-                changed.push((*port, failures.last().map(|(_, fault)| *fault)));
+                changed.push((export.port, failures.last().map(|(_, fault)| *fault)));
             }
         }
         held.failing.retain(|_, failures| !failures.is_empty());
@@ -86,7 +93,7 @@ impl Operators {
     /// already.
     pub(crate) fn repeat_export(
         &self,
-        instance: usize,
+        instance: SchemaId,
         port: usize,
         fault: Option<SensorFault>,
         time: Nanos,
@@ -97,8 +104,8 @@ impl Operators {
         }
     }
 
-    fn set_fault(&self, instance: usize, port: usize, fault: SensorFault, time: Nanos) {
-        let Some(variable) = self.variables.of(instance, port) else {
+    fn set_fault(&self, instance: SchemaId, port: usize, fault: SensorFault, time: Nanos) {
+        let Some(variable) = self.variables.of(InstancePort::new(instance, port)) else {
             return;
         };
         let seed = seed_of(&self.application, instance) ^ time.rotate_left(32) ^ port as u64;
@@ -108,19 +115,19 @@ impl Operators {
         }
     }
 
-    fn begin_fault(&self, instance: usize, port: usize, fault: SensorFault) {
+    fn begin_fault(&self, instance: SchemaId, port: usize, fault: SensorFault) {
         let failed = Operation::FailedExport { port: port as u64 };
         let time = self.record_export(instance, failed, &fault.words());
         self.set_fault(instance, port, fault, time);
     }
 
-    fn end_fault(&self, instance: usize, port: usize) {
+    fn end_fault(&self, instance: SchemaId, port: usize) {
         self.record_export(instance, Operation::RepairedExport { port: port as u64 }, &[]);
         self.variables.faults(instance).repair(port);
     }
 
     /// Records a failure or a repair as a turn, before it takes effect. Returns its time.
-    fn record_export(&self, instance: usize, operation: Operation, words: &[u32]) -> Nanos {
+    fn record_export(&self, instance: SchemaId, operation: Operation, words: &[u32]) -> Nanos {
         let time = self.clock.now();
         if let Some(journal) = &self.journal {
             let order = journal.next();
@@ -132,7 +139,7 @@ impl Operators {
         time
     }
 
-    fn export(&self, instance: usize, name: &str) -> Result<(usize, &Arc<Variable>), String> {
+    fn export(&self, instance: SchemaId, name: &str) -> Result<(usize, &Arc<Variable>), String> {
         self.check_schema(instance)?;
         let ports = &self.application.instances[instance].schema.ports;
         let exports = || {
@@ -143,7 +150,7 @@ impl Operators {
         let port = ports
             .iter()
             .position(|port| port.name == name && matches!(port.role, Role::Export { .. }));
-        port.and_then(|port| Some((port, self.variables.of(instance, port)?)))
+        port.and_then(|port| Some((port, self.variables.of(InstancePort::new(instance, port))?)))
             .ok_or_else(|| {
                 let known: Vec<_> = exports().map(|port| port.name.as_str()).collect();
                 format!(

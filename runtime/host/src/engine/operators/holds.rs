@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use jde_app::InstancePort;
 use jde_board::Variable;
-use jde_core::{Hierarchy, Holder};
+use jde_core::{Hierarchy, Holder, SchemaId};
 use jde_records::snapshot::{Hold, HoldKind};
 
-use super::schema;
 use crate::sensor_fault::SensorFault;
 
 /// An operator who acts, until somebody ends it or under one lease.
@@ -25,13 +25,13 @@ pub(super) struct OperatorHolds {
     names: BTreeMap<u32, String>,
     last_number: u32,
     pub(super) values: Vec<Overwritten>,
-    /// The failures of each export, by instance and port, newest last. The newest is in force.
-    pub(super) failing: BTreeMap<(usize, usize), Vec<(Actor, SensorFault)>>,
+    /// The failures of each export, newest last. The newest is in force.
+    pub(super) failing: BTreeMap<InstancePort, Vec<(Actor, SensorFault)>>,
 }
 
 /// A modulation or period that operators overwrote.
 pub(super) struct Overwritten {
-    pub(super) owner: usize,
+    pub(super) owner: SchemaId,
     pub(super) variable: Arc<Variable>,
     /// The value before the first of them.
     pub(super) previous: PreviousValue,
@@ -77,8 +77,8 @@ impl OperatorHolds {
         let operator = match known {
             Some((number, _)) => *number,
             None => {
-                let schemas = 0..hierarchy.spec().schemas.len();
-                let holds = schemas.flat_map(|instance| hierarchy.holds(schema(instance)));
+                let schemas = hierarchy.spec().schemas.ids();
+                let holds = schemas.flat_map(|id| hierarchy.holds(id));
                 let holding: BTreeSet<_> = holds.map(|hold| hold.by.operator).collect();
                 self.names.retain(|number, _| holding.contains(number));
                 self.last_number += 1;

@@ -3,24 +3,24 @@
 //! It ends no value itself.
 
 use jde_app::{Binding, ImportSource};
-use jde_core::Hierarchy;
+use jde_core::{Hierarchy, SchemaId, Transaction};
 use jde_records::event::Loss;
 
-use super::{Operators, schema};
+use super::Operators;
 
 impl Operators {
     /// Changes the hierarchy, and returns what awake schemas lost by it if it stopped the instance.
     pub(super) fn with_losses<R>(
         &self,
-        hierarchy: &mut Hierarchy,
-        instance: usize,
-        change: impl FnOnce(&mut Hierarchy) -> R,
+        transaction: &mut Transaction,
+        instance: SchemaId,
+        change: impl FnOnce(&mut Transaction) -> R,
     ) -> (R, Vec<Loss>) {
-        let was_awake = hierarchy.is_awake(schema(instance));
-        let result = change(hierarchy);
-        let is_lost = was_awake && hierarchy.is_stopped(schema(instance));
+        let was_awake = transaction.is_awake(instance);
+        let result = change(transaction);
+        let is_lost = was_awake && transaction.is_stopped(instance);
         let losses = if is_lost {
-            self.losses(hierarchy, instance)
+            self.losses(transaction, instance)
         } else {
             Vec::new()
         };
@@ -28,20 +28,19 @@ impl Operators {
     }
 
     /// Returns the imports from an instance of all schemas that are awake and not below it.
-    pub(crate) fn losses(&self, hierarchy: &Hierarchy, instance: usize) -> Vec<Loss> {
-        let below = hierarchy.subtree(schema(instance));
-        let instances = self.application.instances.iter().enumerate();
+    pub(crate) fn losses(&self, hierarchy: &Hierarchy, instance: SchemaId) -> Vec<Loss> {
+        let below = hierarchy.subtree(instance);
+        let instances = self.application.instances.entries();
         let readers = instances.filter(|(reader, _)| {
-            let id = schema(*reader);
-            *reader != instance && hierarchy.is_awake(id) && !below.contains(&id)
+            *reader != instance && hierarchy.is_awake(*reader) && !below.contains(reader)
         });
         let imports = readers.flat_map(|(reader, config)| {
             let bound = config.schema.ports.iter().zip(&config.bindings);
             let from_instance = bound.filter(|(_, binding)| match binding {
                 Binding::Import {
-                    source: Some(ImportSource::Local(provider, _)),
+                    source: Some(ImportSource::Local(provider)),
                     ..
-                } => *provider == instance,
+                } => provider.instance == instance,
                 Binding::Import { .. }
                 | Binding::Export
                 | Binding::Modulation { .. }

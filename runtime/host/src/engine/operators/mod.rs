@@ -10,16 +10,17 @@ mod losses;
 mod unload;
 mod values;
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
-use jde_app::Application;
+use jde_app::{Application, InstancePort};
 use jde_board::Board;
-use jde_core::{Effect, Hierarchy, HoldAction, Holder, Nanos, Operator, Refused};
+use jde_core::{Hierarchy, HoldAction, Holder, Operator, Refused, SchemaId, Transaction};
 use jde_records::event::Loss;
 use jde_records::snapshot::{Hold, HoldKind};
 use jde_records::turn::{Moment, Operation, TurnKind};
+use parking_lot::{Mutex, MutexGuard};
 
-use super::{Rules, Variables, schema};
+use super::{Rules, Variables};
 use crate::clock::Clock;
 use crate::journal::Journal;
 pub(crate) use holds::Actor;
@@ -64,9 +65,9 @@ impl Operators {
     /// Plays, stops, forces or releases a schema. Returns what awake schemas lose by it.
     pub(crate) fn operate(&self, by: &Actor, operator: Operator) -> Result<Vec<Loss>, String> {
         let instance = operated_schema(operator);
-        let ((done, losses), moment, holder) = self.transact_as(by, |hierarchy, now, out, holder| {
-            self.with_losses(hierarchy, instance, |hierarchy| {
-                let done = hierarchy.operator(now, holder, operator, out);
+        let ((done, losses), moment, holder) = self.transact_as(by, |transaction, holder| {
+            self.with_losses(transaction, instance, |transaction| {
+                let done = transaction.operator(holder, operator);
                 done.map_err(|refused| self.refusal(&refused))
             })
         });
@@ -86,23 +87,22 @@ impl Operators {
         // The original operator was informed of a refusal.
         let _ = self
             .rules
-            .transact(|hierarchy, now, out| hierarchy.operator(now, by, operator, out));
+            .transact(|transaction| transaction.operator(by, operator));
     }
 
     /// Repeats the end of what one operator held, in a replay.
-    pub(crate) fn repeat_undo(&self, by: Holder, instance: usize) {
+    pub(crate) fn repeat_undo(&self, by: Holder, instance: SchemaId) {
         // The original operator was informed of a refusal.
         let _ = self
             .rules
-            .transact(|hierarchy, now, out| hierarchy.let_go(now, by, schema(instance), out));
+            .transact(|transaction| transaction.let_go(by, instance));
     }
 
     /// Ends what one lease, or one operator with all leases, holds of a schema.
-    pub(crate) fn release_own(&self, by: &Actor, instance: usize) -> Result<(), String> {
+    pub(crate) fn release_own(&self, by: &Actor, instance: SchemaId) -> Result<(), String> {
         self.check_schema(instance)?;
-        let (held, moment, holder) = self.transact_as(by, |hierarchy, now, out, holder| {
-            hierarchy.let_go(now, holder, schema(instance), out)
-        });
+        let (held, moment, holder) =
+            self.transact_as(by, |transaction, holder| transaction.let_go(holder, instance));
         let undone = match held {
             Ok(false) => Operation::Refused,
             Ok(true) | Err(_) => Operation::Undone(holder),
@@ -112,7 +112,7 @@ impl Operators {
         let given_back = self.restore_values(instance, |actor| by.covers(actor));
         let repaired = self.repair_exports(instance, |actor| by.covers(actor));
         if held || given_back || repaired {
-            let release = Operator::Release(schema(instance));
+            let release = Operator::Release(instance);
             self.rules.report_operation(&by.name, release.into());
         }
         Ok(())
@@ -122,17 +122,17 @@ impl Operators {
     fn transact_as<R>(
         &self,
         by: &Actor,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>, Holder) -> R,
+        change: impl FnOnce(&mut Transaction, Holder) -> R,
     ) -> (R, Moment, Holder) {
         let mut holder = Holder::UNKNOWN;
-        let (result, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
-            holder = self.holds().holder(hierarchy, by);
-            change(hierarchy, now, out, holder)
+        let (result, moment) = self.rules.transact_recorded(|transaction| {
+            holder = self.holds().holder(transaction, by);
+            change(transaction, holder)
         });
         (result, moment, holder)
     }
 
-    fn record_operation(&self, instance: usize, operation: Operation, moment: Moment) {
+    fn record_operation(&self, instance: SchemaId, operation: Operation, moment: Moment) {
         self.rules
             .record_turn(TurnKind::Operated(operation), instance, moment);
     }
@@ -156,17 +156,19 @@ impl Operators {
     }
 
     /// Everything that operators hold a schema to, in the order of the kinds.
-    pub(super) fn hold_views(&self, hierarchy: &Hierarchy, instance: usize) -> Vec<Hold> {
+    pub(super) fn hold_views(&self, hierarchy: &Hierarchy, instance: SchemaId) -> Vec<Hold> {
         let held = self.holds();
         let with_all = |hold: jde_core::Hold| hold.action == HoldAction::StoppedWithAll;
-        let everything = hierarchy.holds(schema(instance)).any(with_all);
-        let in_hierarchy = hierarchy.holds(schema(instance)).map(|hold| Hold {
+        let everything = hierarchy.holds(instance).any(with_all);
+        let in_hierarchy = hierarchy.holds(instance).map(|hold| Hold {
             kind: hold_kind(hold.action),
             with_everything: with_all(hold) || everything && hold.action == HoldAction::Unloaded,
             leased: hold.by.leased,
             by: held.name(hold.by).to_owned(),
         });
-        let failing = held.failing.range((instance, 0)..=(instance, usize::MAX));
+        let failing = held
+            .failing
+            .range(InstancePort::new(instance, 0)..=InstancePort::new(instance, usize::MAX));
         let failing = failing.flat_map(|(_, failures)| failures);
         let failing = failing.map(|(actor, _)| actor.hold(HoldKind::Failing));
         let in_force = |value: &&holds::Overwritten| {
@@ -188,21 +190,22 @@ impl Operators {
         holds
     }
 
-    fn name(&self, instance: usize) -> &str {
+    fn name(&self, instance: SchemaId) -> &str {
         &self.application.instances[instance].name
     }
 
     fn holds(&self) -> MutexGuard<'_, OperatorHolds> {
-        self.holds.lock().unwrap_or_else(PoisonError::into_inner)
+        self.holds.lock()
     }
 
-    pub(crate) fn check_schema(&self, instance: usize) -> Result<(), String> {
-        let count = self.application.instances.len();
-        if instance < count {
+    pub(crate) fn check_schema(&self, instance: SchemaId) -> Result<(), String> {
+        let instances = &self.application.instances;
+        if instances.get(instance).is_some() {
             return Ok(());
         }
+        let (SchemaId(number), count) = (instance, instances.len());
         Err(format!(
-            "there is no schema number {instance}; the application has {count}"
+            "there is no schema number {number}; the application has {count}"
         ))
     }
 }
@@ -218,9 +221,9 @@ fn operation(operator: Operator, by: Holder) -> Operation {
 }
 
 /// The schema that an operator acted on.
-fn operated_schema(operator: Operator) -> usize {
+fn operated_schema(operator: Operator) -> SchemaId {
     match operator {
-        Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id) => id.index(),
+        Operator::Play(id) | Operator::Stop(id) | Operator::Force(id) | Operator::Release(id) => id,
     }
 }
 

@@ -6,7 +6,7 @@ use jde_abi::describe::Limits;
 use jde_app::period;
 use jde_board::value::{self, Value};
 use jde_board::{Access, Refused, Stamp, Variable};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_records::event::OperatorAction;
 use jde_records::turn::{Moment, Operation, Turn, TurnKind, WrittenPort};
 
@@ -15,7 +15,7 @@ use super::{OPERATOR, Operators};
 
 impl Operators {
     /// Changes a period, ns.
-    pub(crate) fn retime(&self, by: &Actor, instance: usize, period: Nanos) -> Result<(), String> {
+    pub(crate) fn retime(&self, by: &Actor, instance: SchemaId, period: Nanos) -> Result<(), String> {
         self.check_schema(instance)?;
         period::check(period).map_err(|error| error.to_string())?;
         let seconds = period as f64 / 1e9;
@@ -34,7 +34,7 @@ impl Operators {
     pub(crate) fn modulate(
         &self,
         by: &Actor,
-        instance: usize,
+        instance: SchemaId,
         name: &str,
         new: &Value,
     ) -> Result<(), String> {
@@ -46,7 +46,7 @@ impl Operators {
         let declared = variable.describe();
         if declared.access != Access::Modulation {
             return Err(format!(
-                "`{}.{name}` is no modulation; only modulations can be set",
+                "`{}.{name}` is not a modulation; only modulations can be set",
                 self.name(instance)
             ));
         }
@@ -86,7 +86,7 @@ impl Operators {
     fn overwrite(
         &self,
         by: &Actor,
-        owner: usize,
+        owner: SchemaId,
         variable: &Arc<Variable>,
         bytes: &[u8],
     ) -> Result<(), Refused> {
@@ -119,7 +119,7 @@ impl Operators {
     /// Ends what the actors selected by `whose` wrote at an instance. The newest write that is left is in force again,
     /// or else the value before all of them. A value that a father has written since remains. Returns whether a value
     /// changed.
-    pub(super) fn restore_values(&self, instance: usize, whose: impl Fn(&Actor) -> bool) -> bool {
+    pub(super) fn restore_values(&self, instance: SchemaId, whose: impl Fn(&Actor) -> bool) -> bool {
         let mut held = self.holds();
         let mut any = false;
         for value in held.values.iter_mut().filter(|value| value.owner == instance) {
@@ -144,7 +144,7 @@ impl Operators {
     /// Writes a value chosen by an operator, and records it as a turn.
     fn write_recorded(
         &self,
-        owner: usize,
+        owner: SchemaId,
         variable: &Arc<Variable>,
         writer: u32,
         bytes: &[u8],

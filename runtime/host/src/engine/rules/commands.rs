@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use jde_board::{Access, Reader, Variable};
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
 use jde_isolation::authority::AuthorityTable;
 
 /// Every command of every driver.
@@ -17,7 +17,7 @@ pub(crate) struct Commands {
 }
 
 pub(crate) struct Command {
-    pub(crate) driver: usize,
+    pub(crate) driver: SchemaId,
     pub(crate) variable: Arc<Variable>,
     pub(crate) newest: Reader,
     pub(crate) neutral: Vec<u8>,
@@ -25,9 +25,9 @@ pub(crate) struct Command {
     /// 0 if none does.
     pub(crate) held_sequence: u64,
     /// The instances for which that value stays in force. Only they end it.
-    pub(crate) holders: Vec<usize>,
+    pub(crate) holders: Vec<SchemaId>,
     /// The motor schemas that are bound to the command.
-    pub(crate) commanders: Vec<usize>,
+    pub(crate) commanders: Vec<SchemaId>,
 }
 
 /// What happens to the newest value of a command.
@@ -39,7 +39,7 @@ enum CommandChange<'a> {
         time: Nanos,
         until: Nanos,
         /// The instances for which it stays in force.
-        holders: &'a [usize],
+        holders: &'a [SchemaId],
     },
     Neutral,
 }
@@ -64,20 +64,20 @@ impl Commands {
         self.authority = authority;
     }
 
-    pub(super) fn grant(&mut self, instance: usize) {
+    pub(super) fn grant(&mut self, instance: SchemaId) {
         for command in self
             .commands
             .iter()
             .filter(|command| command.commanders.contains(&instance))
         {
-            command.variable.grant(instance as u32);
+            command.variable.grant(instance.0);
         }
         if let Some(authority) = &self.authority {
             authority.set(instance, true);
         }
     }
 
-    pub(super) fn withdraw(&mut self, instance: usize) {
+    pub(super) fn withdraw(&mut self, instance: SchemaId) {
         if let Some(authority) = &self.authority {
             authority.set(instance, false);
         }
@@ -86,14 +86,19 @@ impl Commands {
             .iter()
             .filter(|command| command.commanders.contains(&instance))
         {
-            command.variable.withdraw(instance as u32);
+            command.variable.withdraw(instance.0);
         }
     }
 
     /// Prepares a level for a new WINNER. A command of the level now belongs to the heir that is bound to it,
     /// and becomes neutral if no heir is. Returns the drivers that received neutral values; all such methods
     /// return these.
-    pub(super) fn take_over(&mut self, level: &[usize], successors: &[usize], now: Nanos) -> Vec<usize> {
+    pub(super) fn take_over(
+        &mut self,
+        level: &[SchemaId],
+        successors: &[SchemaId],
+        now: Nanos,
+    ) -> Vec<SchemaId> {
         self.update_each(now, |command, last| {
             if !command.belongs(last, level) {
                 CommandChange::Unchanged
@@ -115,11 +120,11 @@ impl Commands {
     /// neutral if none of those could act.
     pub(super) fn end_taken_over(
         &mut self,
-        instance: usize,
-        below: &[usize],
-        could_act: impl Fn(usize) -> bool,
+        instance: SchemaId,
+        below: &[SchemaId],
+        could_act: impl Fn(SchemaId) -> bool,
         now: Nanos,
-    ) -> Vec<usize> {
+    ) -> Vec<SchemaId> {
         self.update_each(now, |command, last| {
             let mut awaits = command.commanders.iter().filter(|other| below.contains(other));
             let is_awaited = !command.is_bound(&[instance]) && awaits.any(|other| could_act(*other));
@@ -132,7 +137,7 @@ impl Commands {
     }
 
     /// Sends the neutral value to each command that belongs to a level.
-    pub(super) fn brake(&mut self, level: &[usize], now: Nanos) -> Vec<usize> {
+    pub(super) fn brake(&mut self, level: &[SchemaId], now: Nanos) -> Vec<SchemaId> {
         self.update_each(now, |command, last| {
             if command.belongs(last, level) {
                 CommandChange::Neutral
@@ -145,7 +150,7 @@ impl Commands {
     /// Keeps the last commands of a level in force until `until`. An expired command stays expired, and a
     /// value that already stays in force without its writer does so no longer than before. A command that was
     /// taken over from elsewhere becomes neutral.
-    pub(super) fn hold(&mut self, level: &[usize], now: Nanos, until: Nanos) -> Vec<usize> {
+    pub(super) fn hold(&mut self, level: &[SchemaId], now: Nanos, until: Nanos) -> Vec<SchemaId> {
         self.update_each(now, |command, last| {
             if !command.belongs(last, level) || last.valid_until < now {
                 CommandChange::Unchanged
@@ -167,7 +172,12 @@ impl Commands {
     }
 
     /// Sends the neutral value of a command that a guard refused, if it is still the newest.
-    pub(super) fn end_refused(&mut self, variable: &Arc<Variable>, sequence: u64, now: Nanos) -> Vec<usize> {
+    pub(super) fn end_refused(
+        &mut self,
+        variable: &Arc<Variable>,
+        sequence: u64,
+        now: Nanos,
+    ) -> Vec<SchemaId> {
         self.update_each(now, |command, last| {
             if Arc::ptr_eq(&command.variable, variable) && last.sequence == sequence {
                 CommandChange::Neutral
@@ -178,7 +188,7 @@ impl Commands {
     }
 
     /// Replaces a command by the one to which a guard limits it, if it is still the newest. All else about it stays.
-    pub(super) fn limit(&mut self, variable: &Arc<Variable>, sequence: u64, limited: &[u8]) -> Vec<usize> {
+    pub(super) fn limit(&mut self, variable: &Arc<Variable>, sequence: u64, limited: &[u8]) -> Vec<SchemaId> {
         let mut commands = self.commands.iter_mut();
         let Some(command) = commands.find(|command| Arc::ptr_eq(&command.variable, variable)) else {
             return Vec::new();
@@ -200,17 +210,17 @@ impl Commands {
     }
 
     /// Withdraws all authority and sends every command its neutral value.
-    pub(super) fn brake_all(&mut self, now: Nanos) -> Vec<usize> {
+    pub(super) fn brake_all(&mut self, now: Nanos) -> Vec<SchemaId> {
         if let Some(authority) = &self.authority {
             authority.clear();
         }
         for command in &mut self.commands {
             for commander in &command.commanders {
-                command.variable.withdraw(*commander as u32);
+                command.variable.withdraw(commander.0);
             }
             command.put_neutral(now);
         }
-        let mut drivers: Vec<usize> = self.commands.iter().map(|command| command.driver).collect();
+        let mut drivers: Vec<SchemaId> = self.commands.iter().map(|command| command.driver).collect();
         drivers.dedup();
         drivers
     }
@@ -219,7 +229,7 @@ impl Commands {
         &mut self,
         now: Nanos,
         fate: impl Fn(&Command, &NewestCommand) -> CommandChange<'a>,
-    ) -> Vec<usize> {
+    ) -> Vec<SchemaId> {
         let mut drivers = Vec::new();
         for command in &mut self.commands {
             let Some(last) = command.last() else {
@@ -246,13 +256,13 @@ impl Commands {
 }
 
 impl NewestCommand {
-    fn writer(&self) -> usize {
-        self.writer as usize
+    fn writer(&self) -> SchemaId {
+        SchemaId(self.writer)
     }
 }
 
 impl Command {
-    fn is_bound(&self, instances: &[usize]) -> bool {
+    fn is_bound(&self, instances: &[SchemaId]) -> bool {
         self.commanders
             .iter()
             .any(|commander| instances.contains(commander))
@@ -274,7 +284,7 @@ impl Command {
     /// Whether the newest value belongs to a level. It belongs to the level of its writer. A value that stays
     /// in force without its writer belongs to the levels of its successors that are bound to the command, whatever
     /// schema wrote it.
-    fn belongs(&self, last: &NewestCommand, level: &[usize]) -> bool {
+    fn belongs(&self, last: &NewestCommand, level: &[SchemaId]) -> bool {
         if !self.is_held(last) {
             return level.contains(&last.writer());
         }
@@ -312,9 +322,7 @@ impl Command {
     }
 
     fn put_neutral(&self, now: Nanos) {
-        let put = self
-            .variable
-            .put(self.driver as u32, &self.neutral, now, Nanos::MAX);
+        let put = self.variable.put(self.driver.0, &self.neutral, now, Nanos::MAX);
         debug_assert!(put.is_ok(), "the board checked it when it was declared: {put:?}");
     }
 }

@@ -2,9 +2,9 @@
 //! excuses takeovers (R17), and measures nothing in lockstep.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Mutex, PoisonError};
 
-use jde_core::Nanos;
+use jde_core::{Nanos, SchemaId};
+use parking_lot::Mutex;
 
 /// Shorter delays than this are those of a machine that is not loaded, ns. The contract's budgets cover them.
 const LEAST: Nanos = 200_000;
@@ -16,7 +16,7 @@ const KEPT: usize = 4096;
 #[derive(Clone, Copy)]
 struct Delay {
     /// `None` for a timer of the rules.
-    instance: Option<usize>,
+    instance: Option<SchemaId>,
     begun: Nanos,
     late: Nanos,
 }
@@ -27,11 +27,11 @@ pub(crate) struct MachineDelays(Mutex<VecDeque<Delay>>);
 
 impl MachineDelays {
     /// Records that a turn of an instance, or a timer of the rules, begins at `begun`, `late` after it could.
-    pub(crate) fn record(&self, instance: Option<usize>, begun: Nanos, late: Nanos) {
+    pub(crate) fn record(&self, instance: Option<SchemaId>, begun: Nanos, late: Nanos) {
         if late < LEAST {
             return;
         }
-        let mut delays = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut delays = self.0.lock();
         if delays.len() == KEPT {
             delays.pop_front();
         }
@@ -44,8 +44,13 @@ impl MachineDelays {
 
     /// By how much the machine may have delayed a takeover by `winner` since its cause: its own turns, and the worst
     /// of each other instance that takes part.
-    pub(super) fn since(&self, cause: Nanos, winner: usize, takes_part: impl Fn(usize) -> bool) -> Nanos {
-        let delays = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+    pub(super) fn since(
+        &self,
+        cause: Nanos,
+        winner: SchemaId,
+        takes_part: impl Fn(SchemaId) -> bool,
+    ) -> Nanos {
+        let delays = self.0.lock();
         let mut worst = BTreeMap::new();
         for delay in delays.iter().rev().take_while(|delay| delay.begun >= cause) {
             if delay
@@ -83,10 +88,10 @@ mod tests {
             (Some(3), 23, 10),
             (None, 24, 1),
         ] {
-            delays.record(instance, begun * MS, late * MS);
+            delays.record(instance.map(SchemaId), begun * MS, late * MS);
         }
-        delays.record(Some(1), 25 * MS, LEAST - 1);
-        let since = |cause: Nanos| delays.since(cause * MS, 1, |instance| instance == 2);
+        delays.record(Some(SchemaId(1)), 25 * MS, LEAST - 1);
+        let since = |cause: Nanos| delays.since(cause * MS, SchemaId(1), |instance| instance == SchemaId(2));
         assert_eq!(since(10), (2 + 3 + 5 + 1) * MS);
         assert_eq!(since(22), MS);
         assert_eq!(since(30), 0);
@@ -96,8 +101,8 @@ mod tests {
     fn the_newest_delays_are_kept() {
         let delays = MachineDelays::default();
         for begun in 1..=2 * KEPT as Nanos {
-            delays.record(Some(1), begun * MS, MS);
+            delays.record(Some(SchemaId(1)), begun * MS, MS);
         }
-        assert_eq!(delays.since(0, 1, |_| false), KEPT as Nanos * MS);
+        assert_eq!(delays.since(0, SchemaId(1), |_| false), KEPT as Nanos * MS);
     }
 }

@@ -21,7 +21,7 @@ pub(super) enum Message {
 impl Rules {
     /// Logs messages. The caller does not hold the lock.
     pub(super) fn log(&self, messages: Vec<Message>) {
-        let name = |id: SchemaId| &*self.application.instances[id.index()].name;
+        let name = |id: SchemaId| &*self.application.instances[id].name;
         for message in messages {
             match message {
                 Message::Late {
@@ -30,7 +30,7 @@ impl Rules {
                     latency,
                     allowed,
                 } => tracing::warn!(
-                    group = self.application.groups[group.index()].name,
+                    group = self.application.groups[group].name,
                     winner = name(winner),
                     "took over in {:.1} ms, and its contract allows {:.1} ms",
                     latency as f64 / 1e6,

@@ -12,14 +12,17 @@ mod signals;
 mod statistics;
 mod transact;
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-use jde_app::Application;
-use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId, State};
+use jde_abi::describe::Kind;
+use jde_app::{Application, InstanceConfig};
+use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId, State, Table};
 use jde_records::event::Observer;
 use jde_records::turn::{Operation, TurnKind};
+use parking_lot::{Mutex, MutexGuard};
 
-use super::{Variables, schema};
+use super::Variables;
 use crate::clock::Clock;
 use crate::journal::Journal;
 use crate::stalls::Stalls;
@@ -41,6 +44,10 @@ pub(crate) struct Rules {
     state: Mutex<RulesState>,
     pub(super) signals: Signals,
     deferred_events: DeferredEvents,
+    /// Whether any group chatters.
+    is_chattering: AtomicBool,
+    /// Whether each schema is awake that needs nobody's permission to iterate; `None` for the others.
+    free: Table<SchemaId, Option<AtomicBool>>,
     pub(crate) delays: MachineDelays,
 }
 
@@ -60,7 +67,7 @@ pub(crate) struct RulesState {
     notifications: PendingNotifications,
     /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
     /// signalled.
-    shutdown_order: Option<Vec<usize>>,
+    shutdown_order: Option<Vec<SchemaId>>,
 }
 
 impl Rules {
@@ -73,7 +80,17 @@ impl Rules {
         observers: Vec<Box<dyn Observer>>,
         transaction_observer: Option<Box<dyn TransactionObserver>>,
     ) -> Self {
-        let groups = GroupStatistics::new(application.groups.len(), &hierarchy);
+        let groups = GroupStatistics::new(&hierarchy);
+        let is_free = |instance: &InstanceConfig| match instance.schema.kind {
+            Kind::Motor => false,
+            Kind::Perceptive => transaction_observer.is_none() && journal.is_none(),
+            Kind::Driver => transaction_observer.is_none(),
+        };
+        let free = application
+            .instances
+            .iter()
+            .map(|instance| is_free(instance).then(AtomicBool::default));
+        let free = free.collect();
         Self {
             application: Arc::clone(application),
             clock: Arc::clone(clock),
@@ -94,59 +111,61 @@ impl Rules {
             }),
             signals: Signals::default(),
             deferred_events: DeferredEvents::default(),
+            is_chattering: AtomicBool::default(),
+            free,
             delays: MachineDelays::default(),
         }
     }
 
     /// Reads the rules under their lock.
     pub(super) fn read<R>(&self, query: impl FnOnce(&RulesState) -> R) -> R {
-        query(&self.lock())
+        query(&self.state.lock())
     }
 
     /// Whether no thread holds the lock.
     #[cfg(test)]
     pub(super) fn is_unlocked(&self) -> bool {
-        self.state.try_lock().is_ok()
+        self.state.try_lock().is_some()
     }
 
     /// Sets the period of an instance, and renews the contracts that depend on it.
-    pub(crate) fn set_period(&self, instance: usize, period: Nanos) {
-        self.transact(|hierarchy, _, _| hierarchy.set_period(schema(instance), period));
+    pub(crate) fn set_period(&self, instance: SchemaId, period: Nanos) {
+        self.transact(|transaction| transaction.set_period(instance, period));
         self.renew_contracts_of(instance);
     }
 
     /// Records whether an instance has a panel, and renews the contracts that depend on it.
-    pub(crate) fn set_panel(&self, instance: usize, has_panel: bool) {
-        let changed = self.lock().hierarchy.set_panel(schema(instance), has_panel);
+    pub(crate) fn set_panel(&self, instance: SchemaId, has_panel: bool) {
+        let changed = self.state.lock().hierarchy.set_panel(instance, has_panel);
         if changed {
             self.renew_contracts_of(instance);
         }
     }
 
-    fn renew_contracts_of(&self, instance: usize) {
+    fn renew_contracts_of(&self, instance: SchemaId) {
         if let Some(group) = self.application.instances[instance].group {
-            self.renew_contract(GroupId(group as u32));
+            self.renew_contract(group);
         }
     }
 
     /// Recomputes the contracts of a group and of its father's group (R17), after the period of a member or a
     /// policy changed.
     pub(crate) fn renew_contract(&self, group: GroupId) {
-        let father = self.application.groups[group.index()].father;
+        let father = self.application.groups[group].father;
         let above = father.and_then(|father| self.application.instances[father].group);
         let RulesState {
             hierarchy, groups, ..
-        } = &mut *self.lock();
+        } = &mut *self.state.lock();
         groups.update_contract(hierarchy, group);
         if let Some(above) = above {
-            groups.update_contract(hierarchy, GroupId(above as u32));
+            groups.update_contract(hierarchy, above);
         }
     }
 
     /// Withdraws all authority and sends every actuator its neutral value. No schema gains authority
     /// afterwards. Returns the drivers that have commands to carry out.
-    pub(crate) fn brake_all(&self) -> Vec<usize> {
-        let mut rules = self.lock();
+    pub(crate) fn brake_all(&self) -> Vec<SchemaId> {
+        let mut rules = self.state.lock();
         rules.shutdown_order.get_or_insert_default();
         let drivers = rules.commands.brake_all(self.clock.now());
         self.signal_drivers(&mut rules, &drivers);
@@ -156,16 +175,15 @@ impl Rules {
 
     /// Reports that a debugger holds a call of an instance, or lets it go on. While it is held, nothing below it has
     /// authority, and each command in force that it or a schema below it gave or took over is neutral.
-    pub(crate) fn set_debugged(&self, instance: usize, debugged: bool) {
-        let id = schema(instance);
-        let mut rules = self.lock();
+    pub(crate) fn set_debugged(&self, instance: SchemaId, debugged: bool) {
+        let mut rules = self.state.lock();
         let (subtree, moment) = self.transact_within(
             &mut rules,
             self.journal.as_deref(),
             |_| TransactionInput::Other,
-            |hierarchy, _, out| {
-                hierarchy.set_debugged(id, debugged, out);
-                subtree_with(hierarchy, id)
+            |transaction| {
+                transaction.set_debugged(instance, debugged);
+                subtree_with(transaction, instance)
             },
         );
         if debugged {
@@ -183,13 +201,13 @@ impl Rules {
 
     /// Whether the application ends.
     pub(crate) fn is_ending(&self) -> bool {
-        self.lock().shutdown_order.is_some()
+        self.state.lock().shutdown_order.is_some()
     }
 
     /// Wakes another instance of a schema that the rules hold awake.
-    pub(crate) fn awake_again(&self, instance: usize) {
-        let mut rules = self.lock();
-        if rules.hierarchy.state(schema(instance)) != State::Slept {
+    pub(crate) fn awake_again(&self, instance: SchemaId) {
+        let mut rules = self.state.lock();
+        if rules.hierarchy.state(instance) != State::Slept {
             let awake = Signal::Awake(self.clock.now());
             self.signals
                 .post_within(&mut rules.notifications, instance, awake);
@@ -198,45 +216,44 @@ impl Rules {
     }
 
     /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.
-    pub(crate) fn send_to_sleep(&self, instance: usize) {
+    pub(crate) fn send_to_sleep(&self, instance: SchemaId) {
         self.signals.send(instance, Signal::Asleep);
     }
 
     /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.
-    pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
+    pub(crate) fn put_to_sleep(&self) -> Vec<SchemaId> {
         let moment = self.transact_shutdown();
-        self.record_turn(TurnKind::Ended, 0, moment);
-        self.lock().shutdown_order.replace(Vec::new()).unwrap_or_default()
+        self.record_turn(TurnKind::Ended, SchemaId(0), moment);
+        self.state
+            .lock()
+            .shutdown_order
+            .replace(Vec::new())
+            .unwrap_or_default()
     }
 
     /// The instances that act for a group: its members and all schemas below them.
-    fn group_subtree(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<usize> {
-        let members = &self.application.groups[group.index()].members;
+    fn group_subtree(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<SchemaId> {
+        let members = &self.application.groups[group].members;
         members
             .iter()
-            .flat_map(|member| subtree_with(hierarchy, schema(*member)))
+            .flat_map(|member| subtree_with(hierarchy, *member))
             .collect()
     }
 
     /// Ends a transaction: releases the lock, notifies the threads that its effects concern, and then logs.
     fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
-        let pending = rules.notifications.take();
-        drop(rules);
-        if let Some(pending) = pending {
-            self.signals.notify_all(&pending);
-            self.log(pending.messages);
+        if rules.notifications.is_empty() {
+            return;
         }
-    }
-
-    /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a
-    /// poisoned lock only serves the shutdown.
-    fn lock(&self) -> MutexGuard<'_, RulesState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        let pending = std::mem::take(&mut rules.notifications);
+        drop(rules);
+        self.signals.notify_all(&pending);
+        self.log(pending.messages);
     }
 }
 
 /// A schema and all schemas below it.
-fn subtree_with(hierarchy: &Hierarchy, id: SchemaId) -> Vec<usize> {
+fn subtree_with(hierarchy: &Hierarchy, id: SchemaId) -> Vec<SchemaId> {
     let below = hierarchy.subtree(id).into_iter();
-    std::iter::once(id).chain(below).map(SchemaId::index).collect()
+    std::iter::once(id).chain(below).collect()
 }

@@ -1,39 +1,47 @@
 //! What runners report to the rules, and what the rules report to observers.
 
-use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nanos, SchemaId};
+use std::sync::atomic::Ordering;
+
+use jde_core::{ArbitrationReply, Check, GroupId, Health, Nanos, SchemaId, Transaction};
 use jde_records::event::{Event, Loss, Occurrence, OperatorAction, What};
 use jde_records::turn::{Moment, TurnKind};
 
 use super::messages::Message;
 use super::{IterationPermission, Rules, RulesState};
-use crate::engine::schema;
 
 impl Rules {
     pub(crate) fn start(&self) {
-        let ((), moment) = self.transact_recorded(|hierarchy, now, out| hierarchy.start(now, out));
-        self.record_turn(TurnKind::Started, 0, moment);
+        let ((), moment) = self.transact_recorded(|transaction| transaction.start());
+        self.record_turn(TurnKind::Started, SchemaId(0), moment);
     }
 
     pub(crate) fn next_timer(&self) -> Option<Nanos> {
-        self.lock().hierarchy.next_timer()
+        self.state.lock().hierarchy.next_timer()
     }
 
     /// Reports the result of a precondition.
-    pub(crate) fn report_check(&self, instance: usize, check: Check) -> Moment {
-        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
-            hierarchy.checked(now, schema(instance), check, out);
+    pub(crate) fn report_check(&self, instance: SchemaId, check: Check) -> Moment {
+        let change = |transaction: &mut Transaction| {
+            transaction.checked(instance, check);
         };
         self.transact_for(instance, change).1
     }
 
-    /// Asks the rules for permission to iterate.
-    pub(crate) fn request_iteration(&self, instance: usize) -> IterationPermission {
-        self.transact_begin(instance, None, false).1
+    /// Asks the rules for permission to iterate. A schema that competes with nobody has it while it is awake, and no
+    /// rule depends on its iterations: they are transactions only if somebody witnesses them.
+    pub(crate) fn request_iteration(&self, instance: SchemaId) -> IterationPermission {
+        match &self.free[instance] {
+            Some(is_awake) => {
+                self.report_waiting();
+                (is_awake.load(Ordering::Acquire), Moment::default())
+            }
+            None => self.transact_begin(instance, None, false).1,
+        }
     }
 
     /// Asks for permission for the first iteration since the instance became WINNER. Refused if that
     /// iteration has begun already.
-    pub(crate) fn request_first_iteration(&self, instance: usize) -> IterationPermission {
+    pub(crate) fn request_first_iteration(&self, instance: SchemaId) -> IterationPermission {
         self.transact_begin(instance, None, true).1
     }
 
@@ -41,7 +49,7 @@ impl Rules {
     /// [`Self::request_first_iteration`].
     pub(crate) fn report_check_and_request(
         &self,
-        instance: usize,
+        instance: SchemaId,
         check: Check,
         first: bool,
     ) -> (Moment, IterationPermission) {
@@ -49,57 +57,64 @@ impl Rules {
     }
 
     /// Asks for permission to iterate before the check of the same turn. Returns when it was given.
-    pub(crate) fn request_iteration_early(&self, instance: usize) -> Option<Moment> {
+    pub(crate) fn request_iteration_early(&self, instance: SchemaId) -> Option<Moment> {
         self.transact_begin_early(instance)
     }
 
     /// Whether an iteration that began before its check goes on although the precondition is false.
-    pub(crate) fn should_go_on(&self, instance: usize) -> bool {
-        self.lock().hierarchy.should_go_on(schema(instance))
+    pub(crate) fn should_go_on(&self, instance: SchemaId) -> bool {
+        self.state.lock().hierarchy.should_go_on(instance)
     }
 
     /// Whether the instance became WINNER and has not begun to iterate since.
-    pub(crate) fn is_taking(&self, instance: usize) -> bool {
-        self.lock().hierarchy.is_taking(schema(instance))
+    pub(crate) fn is_taking(&self, instance: SchemaId) -> bool {
+        self.state.lock().hierarchy.is_taking(instance)
     }
 
     /// Reports the end of an iteration.
-    pub(crate) fn report_iteration_end(&self, instance: usize) -> Moment {
+    pub(crate) fn report_iteration_end(&self, instance: SchemaId) -> Moment {
+        if self.free[instance].is_some() {
+            self.report_waiting();
+            return Moment::default();
+        }
         self.transact_end(self.journal_of(instance), instance)
     }
 
     /// Reports the end of an iteration that found an input without a value (R19).
-    pub(crate) fn report_iteration_end_unready(&self, instance: usize) -> Moment {
-        self.transact_end_unready(instance)
+    pub(crate) fn report_iteration_end_unready(&self, instance: SchemaId) -> Moment {
+        match self.free[instance] {
+            Some(_) => self.report_iteration_end(instance),
+            None => self.transact_end_unready(instance),
+        }
     }
 
     /// Reports the answer of a father.
     pub(crate) fn report_arbitration(&self, group: GroupId, ticket: u64, answer: ArbitrationReply) -> Moment {
-        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
-            hierarchy.arbitrated(now, group, ticket, answer, out);
+        let change = |transaction: &mut Transaction| {
+            transaction.arbitrated(group, ticket, answer);
         };
         self.transact_recorded(change).1
     }
 
     /// Reports that a deadline was missed or met.
-    pub(crate) fn report_deadline(&self, instance: usize, met: bool) {
-        self.transact(|hierarchy, _, out| {
+    pub(crate) fn report_deadline(&self, instance: SchemaId, met: bool) {
+        self.transact(|transaction| {
             if met {
-                hierarchy.on_time(schema(instance), out);
+                transaction.on_time(instance);
             } else {
-                hierarchy.overrun(schema(instance), out);
+                transaction.overrun(instance);
             }
         });
     }
 
     /// Reports that a faulted schema has new code. It wakes up if it is requested.
-    pub(crate) fn report_restored(&self, instance: usize) {
-        self.transact(|hierarchy, now, out| hierarchy.restored(now, schema(instance), out));
+    pub(crate) fn report_restored(&self, instance: SchemaId) {
+        self.transact(|transaction| transaction.restored(instance));
     }
 
     /// Whether the schema faulted and was not restarted since.
-    pub(crate) fn is_faulted(&self, instance: usize) -> bool {
-        matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_))
+    pub(crate) fn is_faulted(&self, instance: SchemaId) -> bool {
+        matches!(self.state.lock().hierarchy.health(instance), Health::Faulted(_))
     }
 
     pub(super) fn notify_observers(&self, rules: &mut RulesState, event: &Event) {
@@ -117,22 +132,22 @@ impl Rules {
         id: SchemaId,
         latency: Nanos,
     ) {
-        let allowed = rules.groups.groups[group.index()].allowed;
-        let about = &self.application.groups[group.index()];
+        let allowed = rules.groups.groups[group].allowed;
+        let about = &self.application.groups[group];
         let takes_part =
-            |instance: usize| about.father == Some(instance) || about.members.contains(&instance);
+            |instance: SchemaId| about.father == Some(instance) || about.members.contains(&instance);
         let cause = now.saturating_sub(latency);
         let machine = match latency > allowed {
             true => {
-                let delays = self.delays.since(cause, id.index(), takes_part);
+                let delays = self.delays.since(cause, id, takes_part);
                 delays.max(self.stalls.within(cause, now))
             }
             false => 0,
         };
         let what = What::TookOver {
-            group: group.index(),
+            group,
             record,
-            schema: id.index(),
+            schema: id,
             latency,
             allowed,
             machine,
@@ -167,14 +182,14 @@ impl Rules {
 
     /// Reports an event with the time at which the lock is held, so that times of events do not decrease.
     pub(crate) fn report_now(&self, what: What) {
-        let mut rules = self.lock();
+        let mut rules = self.state.lock();
         let occurrence = what.at(self.clock.now());
         self.notify_observers(&mut rules, &occurrence.into());
     }
 
     /// Reports an event of a time to the observers, outside a transaction.
     pub(crate) fn report(&self, time: Nanos, what: What) {
-        let mut rules = self.lock();
+        let mut rules = self.state.lock();
         self.notify_observers(&mut rules, &what.at(time).into());
     }
 

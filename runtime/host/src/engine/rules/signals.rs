@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock, Weak};
 
 use jde_board::Variable;
-use jde_core::{GroupId, Level, Nanos};
+use jde_core::{GroupId, Level, Nanos, SchemaId};
 
 use super::messages::Message;
 
@@ -15,9 +15,9 @@ use super::messages::Message;
 /// otherwise block on the rules' lock.
 pub(crate) trait Notifier: Send + Sync {
     /// Leaves a signal for an instance. Returns whether a thread must be notified.
-    fn post(&self, instance: usize, signal: Signal) -> bool;
+    fn post(&self, instance: SchemaId, signal: Signal) -> bool;
     /// Notifies the thread that takes the instance's turns.
-    fn notify(&self, instance: usize);
+    fn notify(&self, instance: SchemaId);
     /// Sets the next time at which the rules need [`Engine::tick`](super::Engine::tick). Returns whether a thread must be
     /// notified.
     fn set_timer(&self, next: Option<Nanos>) -> bool;
@@ -70,7 +70,7 @@ pub(crate) struct Signals {
 #[derive(Default)]
 pub(super) struct PendingNotifications {
     pub(super) messages: Vec<Message>,
-    instances: Vec<usize>,
+    instances: Vec<SchemaId>,
     timer: bool,
     /// The variables that have lost their value.
     ended: Vec<Arc<Variable>>,
@@ -86,26 +86,26 @@ impl Signals {
     }
 
     /// Signals an instance outside of the rules' lock.
-    pub(crate) fn send(&self, instance: usize, signal: Signal) {
+    pub(crate) fn send(&self, instance: SchemaId, signal: Signal) {
         if self.post(instance, signal) {
             self.notify(instance);
         }
     }
 
     /// Leaves a signal for an instance. Returns whether to notify its thread, outside of the lock.
-    pub(crate) fn post(&self, instance: usize, signal: Signal) -> bool {
+    pub(crate) fn post(&self, instance: SchemaId, signal: Signal) -> bool {
         self.notifier()
             .is_some_and(|notifier| notifier.post(instance, signal))
     }
 
-    pub(crate) fn notify(&self, instance: usize) {
+    pub(crate) fn notify(&self, instance: SchemaId) {
         if let Some(notifier) = self.notifier() {
             notifier.notify(instance);
         }
     }
 
     /// Leaves a signal within a transaction.
-    pub(super) fn post_within(&self, pending: &mut PendingNotifications, instance: usize, signal: Signal) {
+    pub(super) fn post_within(&self, pending: &mut PendingNotifications, instance: SchemaId, signal: Signal) {
         if self.post(instance, signal) {
             pending.instances.push(instance);
         }
@@ -143,10 +143,7 @@ impl PendingNotifications {
         self.ended.extend(variables);
     }
 
-    /// Takes everything; `None` if there is nothing.
-    pub(super) fn take(&mut self) -> Option<Self> {
-        let is_empty =
-            self.instances.is_empty() && !self.timer && self.ended.is_empty() && self.messages.is_empty();
-        (!is_empty).then(|| std::mem::take(self))
+    pub(super) fn is_empty(&self) -> bool {
+        self.instances.is_empty() && !self.timer && self.ended.is_empty() && self.messages.is_empty()
     }
 }

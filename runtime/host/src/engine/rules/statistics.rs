@@ -3,18 +3,18 @@
 
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use jde_core::{GroupId, Hierarchy, Nanos, Record, SchemaId};
+use jde_core::{GroupId, Hierarchy, Id, Nanos, Record, SchemaId, Table};
 use jde_records::chattering::{self, ChatterDetector};
 use jde_records::event::{Occurrence, What};
 use jde_records::snapshot::Switch;
+use parking_lot::Mutex;
 
 /// What is kept of every group.
 pub(crate) struct GroupStatistics {
-    pub(crate) groups: Vec<GroupStatistic>,
+    pub(crate) groups: Table<GroupId, GroupStatistic>,
     /// The groups that chatter.
-    chattering: Vec<usize>,
+    chattering: Vec<GroupId>,
 }
 
 #[derive(Clone, Default)]
@@ -25,26 +25,25 @@ pub(crate) struct GroupStatistic {
     pub(crate) allowed: Nanos,
     pub(crate) late: u64,
     pub(crate) last: Option<(u64, Switch)>,
-    pub(crate) detector: ChatterDetector<[Option<usize>; 2]>,
+    pub(crate) detector: ChatterDetector<[Option<SchemaId>; 2]>,
     /// When the group began to chatter, and its number of switches at that time.
     pub(crate) chattering_since: Option<(Nanos, u64)>,
 }
 
 impl GroupStatistics {
-    pub(super) fn new(count: usize, hierarchy: &Hierarchy) -> Self {
-        let mut groups = Self {
-            groups: vec![GroupStatistic::default(); count],
+    pub(super) fn new(hierarchy: &Hierarchy) -> Self {
+        Self {
+            groups: hierarchy.spec().groups.map_ids(|group| GroupStatistic {
+                allowed: hierarchy.allowed(group).unwrap_or_default(),
+                ..GroupStatistic::default()
+            }),
             chattering: Vec::new(),
-        };
-        for group in 0..count {
-            groups.update_contract(hierarchy, GroupId(group as u32));
         }
-        groups
     }
 
     /// Recomputes the contract of a group from the periods and policies in force now.
     pub(super) fn update_contract(&mut self, hierarchy: &Hierarchy, group: GroupId) {
-        self.groups[group.index()].allowed = hierarchy.allowed(group).unwrap_or_default();
+        self.groups[group].allowed = hierarchy.allowed(group).unwrap_or_default();
     }
 
     /// Records a selection. Returns a further event if the group begins to chatter.
@@ -52,14 +51,14 @@ impl GroupStatistics {
         if !record.changed {
             return None;
         }
-        let number = record.group.index();
-        let group = &mut self.groups[number];
+        let id = record.group;
+        let group = &mut self.groups[id];
         group.switches += 1;
         let switch = Switch {
             time: record.time,
             from: record.before.map(SchemaId::index),
             to: record.choice.map(SchemaId::index),
-            decider: record.decider.name().to_owned(),
+            decider: record.decider.into(),
             reason: record.reason.to_string(),
             latency: None,
         };
@@ -67,10 +66,10 @@ impl GroupStatistics {
         let between = chattering::switched_pair(record)?;
         let switches = group.detector.record_switch(record.time, between)?;
         group.chattering_since = Some((record.time, group.switches));
-        self.chattering.push(number);
+        self.chattering.push(id);
         Some(
             What::ChatteringStarted {
-                group: number,
+                group: id,
                 between: group.detector.dominant_pair().unwrap_or(between),
                 switches,
             }
@@ -88,14 +87,14 @@ impl GroupStatistics {
         let groups = &mut self.groups;
         let calmed = self
             .chattering
-            .extract_if(.., |number| groups[*number].detector.advance(now));
-        let calmed: Vec<usize> = calmed.collect();
-        let events = calmed.into_iter().filter_map(|number| {
-            let group = &mut groups[number];
+            .extract_if(.., |id| groups[*id].detector.advance(now));
+        let calmed: Vec<GroupId> = calmed.collect();
+        let events = calmed.into_iter().filter_map(|id| {
+            let group = &mut groups[id];
             let (since, before) = group.chattering_since.take()?;
             Some(
                 What::ChatteringEnded {
-                    group: number,
+                    group: id,
                     since,
                     switches: group.switches - before,
                 }
@@ -106,7 +105,7 @@ impl GroupStatistics {
     }
 
     pub(super) fn record_takeover(&mut self, group: GroupId, record: u64, latency: Nanos, late: bool) {
-        let group = &mut self.groups[group.index()];
+        let group = &mut self.groups[group];
         group.worst = group.worst.max(latency);
         group.late += u64::from(late);
         if let Some((_, switch)) = group.last.as_mut().filter(|(number, _)| *number == record) {
@@ -125,7 +124,7 @@ pub(super) struct DeferredEvents {
 
 impl DeferredEvents {
     pub(super) fn push(&self, event: Occurrence) {
-        self.lock().push(event);
+        self.events.lock().push(event);
         self.has_events.store(true, Release);
     }
 
@@ -135,13 +134,9 @@ impl DeferredEvents {
 
     pub(super) fn take(&self) -> Vec<Occurrence> {
         if self.has_events.swap(false, Acquire) {
-            std::mem::take(&mut *self.lock())
+            std::mem::take(&mut *self.events.lock())
         } else {
             Vec::new()
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<Occurrence>> {
-        self.events.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

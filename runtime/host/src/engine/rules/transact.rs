@@ -1,51 +1,51 @@
 //! One transaction of the rules: the change, its effects carried out in order, and the events for observers.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use jde_abi::describe::Kind;
 use jde_board::Variable;
-use jde_core::{Check, Effect, Hierarchy, Nanos};
+use jde_core::{Check, Effect, Nanos, SchemaId, State, Transaction};
 use jde_records::event::{Event, StateChange, What};
 use jde_records::turn::{Moment, Turn, TurnKind};
 
 use super::messages::Message;
 use super::{Rules, RulesState, Signal, subtree_with};
-use crate::engine::schema;
 use crate::journal::Journal;
-use crate::transaction_observer::{Transaction, TransactionInput};
+use crate::transaction_observer::{ObservedTransaction, TransactionInput};
 
 /// Whether permission to iterate was given, and when it was asked for.
 pub(crate) type IterationPermission = (bool, Moment);
 
 impl Rules {
     /// Runs `change` and carries out all its effects in order, before any other change.
-    pub(crate) fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
+    pub(crate) fn transact<R>(&self, change: impl FnOnce(&mut Transaction) -> R) -> R {
         self.transact_as(None, |_| TransactionInput::Other, change).0
     }
 
     /// Like [`Self::transact`], with a moment for the turns only if the change has effects. For changes that
     /// schemas request often.
-    pub(crate) fn transact_if_any<R>(
-        &self,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
-    ) -> (R, Moment) {
+    pub(crate) fn transact_if_any<R>(&self, change: impl FnOnce(&mut Transaction) -> R) -> (R, Moment) {
         let mut moment = Moment::default();
-        let result = self.transact(|hierarchy, now, out| {
-            let result = change(hierarchy, now, out);
-            if let Some(journal) = self.journal.as_deref().filter(|_| !out.is_empty()) {
-                let order = journal.next();
-                moment = Moment { order, time: now };
-            }
+        let result = self.transact(|transaction| {
+            let result = change(transaction);
+            moment = self.moment_if_any(transaction);
             result
         });
         (result, moment)
     }
 
+    /// The moment of a transaction for the turns, if it has effects so far.
+    fn moment_if_any(&self, transaction: &Transaction) -> Moment {
+        let journal = self.journal.as_deref().filter(|_| transaction.has_effects());
+        journal.map_or_else(Moment::default, |journal| Moment {
+            order: journal.next(),
+            time: transaction.now(),
+        })
+    }
+
     /// Like [`Self::transact`], with a moment for the turns.
-    pub(crate) fn transact_recorded<R>(
-        &self,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
-    ) -> (R, Moment) {
+    pub(crate) fn transact_recorded<R>(&self, change: impl FnOnce(&mut Transaction) -> R) -> (R, Moment) {
         self.transact_as(self.journal.as_deref(), |_| TransactionInput::Other, change)
     }
 
@@ -53,8 +53,8 @@ impl Rules {
     /// exports show the results.
     pub(crate) fn transact_for<R>(
         &self,
-        instance: usize,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+        instance: SchemaId,
+        change: impl FnOnce(&mut Transaction) -> R,
     ) -> (R, Moment) {
         self.transact_as(self.journal_of(instance), |_| TransactionInput::Other, change)
     }
@@ -64,58 +64,56 @@ impl Rules {
     /// has begun already. Returns when each was, and the permission.
     pub(super) fn transact_begin(
         &self,
-        instance: usize,
+        instance: SchemaId,
         check: Option<Check>,
         first: bool,
     ) -> (Moment, IterationPermission) {
-        let (id, journal) = (schema(instance), self.journal_of(instance));
-        let mut rules = self.lock();
+        let journal = self.journal_of(instance);
+        let mut rules = self.state.lock();
         let checked = check.map_or_else(Moment::default, |check| {
-            let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
-                hierarchy.checked(now, id, check, out);
+            let change = |transaction: &mut Transaction| {
+                transaction.checked(instance, check);
             };
             self.transact_within(&mut rules, journal, |()| TransactionInput::Other, change)
                 .1
         });
         let step = |may: &bool| {
             if *may {
-                TransactionInput::IterationBegan(id)
+                TransactionInput::IterationBegan(instance)
             } else {
                 TransactionInput::Other
             }
         };
-        let begun = self.transact_within(&mut rules, journal, step, |hierarchy, now, out| {
-            (!first || hierarchy.is_taking(id)) && hierarchy.begin(now, id, out)
+        let begun = self.transact_within(&mut rules, journal, step, |transaction| {
+            (!first || transaction.is_taking(instance)) && transaction.begin(instance)
         });
         self.unlock(rules);
         (checked, begun)
     }
 
     /// Begins an iteration before the check of its turn, if the rules permit it. Returns when.
-    pub(crate) fn transact_begin_early(&self, instance: usize) -> Option<Moment> {
-        let id = schema(instance);
-        if !self.read(|rules| rules.hierarchy.may_begin_early(id)) {
+    pub(crate) fn transact_begin_early(&self, instance: SchemaId) -> Option<Moment> {
+        if !self.read(|rules| rules.hierarchy.may_begin_early(instance)) {
             return None;
         }
         let step = |may: &bool| match may {
-            true => TransactionInput::IterationBegan(id),
+            true => TransactionInput::IterationBegan(instance),
             false => TransactionInput::Other,
         };
-        let begin = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
-            hierarchy.may_begin_early(id) && hierarchy.begin(now, id, out)
+        let begin = |transaction: &mut Transaction| {
+            transaction.may_begin_early(instance) && transaction.begin(instance)
         };
         let (may, moment) = self.transact_as(self.journal_of(instance), step, begin);
         may.then_some(moment)
     }
 
     /// Reports that the iteration of an instance ended, or that the host no longer waits for it.
-    pub(crate) fn transact_end(&self, journal: Option<&Journal>, instance: usize) -> Moment {
-        let id = schema(instance);
+    pub(crate) fn transact_end(&self, journal: Option<&Journal>, instance: SchemaId) -> Moment {
         self.transact_as(
             journal,
-            |()| TransactionInput::IterationEnded(id),
-            |hierarchy, now, out| {
-                hierarchy.end(now, id, out);
+            |()| TransactionInput::IterationEnded(instance),
+            |transaction| {
+                transaction.end(instance);
             },
         )
         .1
@@ -123,18 +121,17 @@ impl Rules {
 
     /// Reports that the iteration of an instance found an input without a value (R19). If the instance stays WINNER,
     /// what it commands is neutral from then on.
-    pub(super) fn transact_end_unready(&self, instance: usize) -> Moment {
-        let id = schema(instance);
-        let mut rules = self.lock();
+    pub(super) fn transact_end_unready(&self, instance: SchemaId) -> Moment {
+        let mut rules = self.state.lock();
         let moment = self
             .transact_within(
                 &mut rules,
                 self.journal_of(instance),
-                |()| TransactionInput::IterationEnded(id),
-                |hierarchy, now, out| hierarchy.end_unready(now, id, out),
+                |()| TransactionInput::IterationEnded(instance),
+                |transaction| transaction.end_unready(instance),
             )
             .1;
-        if rules.hierarchy.has_authority(id) {
+        if rules.hierarchy.has_authority(instance) {
             let drivers = rules.commands.brake(&[instance], self.clock.now());
             self.signal_drivers(&mut rules, &drivers);
         }
@@ -144,7 +141,7 @@ impl Rules {
 
     /// Ends the application: puts every schema to sleep.
     pub(super) fn transact_shutdown(&self) -> Moment {
-        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
+        let change = |transaction: &mut Transaction| transaction.shutdown();
         self.transact_as(self.journal.as_deref(), |()| TransactionInput::Shutdown, change)
             .1
     }
@@ -153,23 +150,20 @@ impl Rules {
     /// was given since, it is neutral from now on. Returns a moment only if that had effects and turns are recorded.
     pub(crate) fn transact_refusal(
         &self,
-        instance: usize,
+        instance: SchemaId,
         words: String,
         in_force: Option<&(Arc<Variable>, u64)>,
     ) -> Moment {
-        let mut rules = self.lock();
+        let mut rules = self.state.lock();
         if let Some((variable, sequence)) = in_force {
             let drivers = rules.commands.end_refused(variable, *sequence, self.clock.now());
             self.signal_drivers(&mut rules, &drivers);
         }
         rules.refusal = Some(words);
         let mut moment = Moment::default();
-        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
-            hierarchy.refused(now, schema(instance), out);
-            if let Some(journal) = self.journal.as_deref().filter(|_| !out.is_empty()) {
-                let order = journal.next();
-                moment = Moment { order, time: now };
-            }
+        let change = |transaction: &mut Transaction| {
+            transaction.refused(instance);
+            moment = self.moment_if_any(transaction);
         };
         self.transact_within(&mut rules, None, |()| TransactionInput::Other, change);
         rules.refusal = None;
@@ -179,14 +173,14 @@ impl Rules {
 
     /// Replaces a command in force by the one to which a guard limits it (R18), unless another was given since.
     pub(crate) fn limit_in_force(&self, variable: &Arc<Variable>, sequence: u64, limited: &[u8]) {
-        let mut rules = self.lock();
+        let mut rules = self.state.lock();
         let drivers = rules.commands.limit(variable, sequence, limited);
         self.signal_drivers(&mut rules, &drivers);
         self.unlock(rules);
     }
 
     /// The journal for an instance's turns; `None` for drivers.
-    pub(crate) fn journal_of(&self, instance: usize) -> Option<&Journal> {
+    pub(crate) fn journal_of(&self, instance: SchemaId) -> Option<&Journal> {
         let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
         self.journal.as_deref().filter(|_| !is_driver)
     }
@@ -195,9 +189,9 @@ impl Rules {
         &self,
         journal: Option<&Journal>,
         step: impl FnOnce(&R) -> TransactionInput,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+        change: impl FnOnce(&mut Transaction) -> R,
     ) -> (R, Moment) {
-        let mut rules = self.lock();
+        let mut rules = self.state.lock();
         let done = self.transact_within(&mut rules, journal, step, change);
         self.unlock(rules);
         done
@@ -209,7 +203,7 @@ impl Rules {
         rules: &mut RulesState,
         journal: Option<&Journal>,
         step: impl FnOnce(&R) -> TransactionInput,
-        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
+        change: impl FnOnce(&mut Transaction) -> R,
     ) -> (R, Moment) {
         let now = self.clock.now();
         let order = journal.map_or(0, Journal::next);
@@ -224,10 +218,11 @@ impl Rules {
             for calmed in rules.groups.advance(now) {
                 self.notify_observers(rules, &calmed.into());
             }
+            self.note_chattering(rules);
         }
         // A change that panicked may have left effects behind.
         rules.effects.clear();
-        let result = change(&mut rules.hierarchy, now, &mut rules.effects);
+        let result = change(&mut rules.hierarchy.at(now, &mut rules.effects));
         // Most checks and permissions have no effects.
         if !rules.effects.is_empty() || rules.transaction_observer.is_some() {
             self.carry_out(rules, now, step(&result));
@@ -254,7 +249,7 @@ impl Rules {
     }
 
     /// Records a transaction that is not part of a schema's turn.
-    pub(crate) fn record_turn(&self, kind: TurnKind, instance: usize, checked: Moment) {
+    pub(crate) fn record_turn(&self, kind: TurnKind, instance: SchemaId, checked: Moment) {
         if let Some(journal) = &self.journal {
             let mut turn = Turn::new(kind, instance);
             turn.checked = checked;
@@ -264,18 +259,17 @@ impl Rules {
 
     fn apply(&self, rules: &mut RulesState, now: Nanos, effect: Effect) {
         match effect {
-            Effect::Woken(id) => {
-                self.signals
-                    .post_within(&mut rules.notifications, id.index(), Signal::Awake(now))
-            }
+            Effect::Woken(id) => self
+                .signals
+                .post_within(&mut rules.notifications, id, Signal::Awake(now)),
             Effect::Slept { id, .. } => match &mut rules.shutdown_order {
                 // Whoever looks at the end sees the last values.
-                Some(order) => order.push(id.index()),
+                Some(order) => order.push(id),
                 None => {
-                    let ended = self.variables.close_exports(id.index());
+                    let ended = self.variables.close_exports(id);
                     rules.notifications.add_ended(ended);
                     self.signals
-                        .post_within(&mut rules.notifications, id.index(), Signal::Asleep);
+                        .post_within(&mut rules.notifications, id, Signal::Asleep);
                 }
             },
             Effect::TakesOver { group, id } => {
@@ -286,30 +280,29 @@ impl Rules {
             }
             Effect::Lapsed(id) => {
                 let below = subtree_with(&rules.hierarchy, id);
-                let could_act = |other| rules.hierarchy.could_act(schema(other));
-                let drivers = rules.commands.end_taken_over(id.index(), &below, could_act, now);
+                let could_act = |other| rules.hierarchy.could_act(other);
+                let drivers = rules.commands.end_taken_over(id, &below, could_act, now);
                 self.signal_drivers(rules, &drivers);
             }
             Effect::Refused(id) => {
                 if let Some(description) = rules.refusal.take() {
                     let refused = What::Refused {
-                        schema: id.index(),
+                        schema: id,
                         description,
                     };
                     self.notify_observers(rules, &refused.at(now).into());
                 }
             }
             Effect::Retries(_) => {}
-            Effect::Granted(id) if rules.shutdown_order.is_none() => rules.commands.grant(id.index()),
+            Effect::Granted(id) if rules.shutdown_order.is_none() => rules.commands.grant(id),
             Effect::Granted(_) => {}
-            Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
-            Effect::Promoted(id) => {
-                self.signals
-                    .post_within(&mut rules.notifications, id.index(), Signal::Promoted)
-            }
+            Effect::Withdrawn(id) => rules.commands.withdraw(id),
+            Effect::Promoted(id) => self
+                .signals
+                .post_within(&mut rules.notifications, id, Signal::Promoted),
             Effect::Demoted(_) => {}
             Effect::Arbitrate { group, ticket, level } => {
-                if let Some(father) = self.application.groups[group.index()].father {
+                if let Some(father) = self.application.groups[group].father {
                     self.signals.post_within(
                         &mut rules.notifications,
                         father,
@@ -328,6 +321,9 @@ impl Rules {
                 self.signal_drivers(rules, &drivers);
             }
             Effect::Changed { id, from, to } => {
+                if let Some(is_awake) = &self.free[id] {
+                    is_awake.store(to == State::Winner, Ordering::Release);
+                }
                 if tracing::level_filters::LevelFilter::current() >= tracing::Level::TRACE {
                     rules
                         .notifications
@@ -338,27 +334,20 @@ impl Rules {
                     rules,
                     &Event::State(StateChange {
                         time: now,
-                        schema: id.index(),
+                        schema: id,
                         from,
                         to,
                     }),
                 );
             }
             Effect::Health { id, health } => {
-                self.notify_observers(
-                    rules,
-                    &What::HealthChanged {
-                        schema: id.index(),
-                        health,
-                    }
-                    .at(now)
-                    .into(),
-                );
+                self.notify_observers(rules, &What::HealthChanged { schema: id, health }.at(now).into());
             }
             Effect::Decided(record) => {
                 let more = rules.groups.record_decision(&record);
                 self.notify_observers(rules, &Event::Decision(record));
                 if let Some(more) = more {
+                    self.note_chattering(rules);
                     self.notify_observers(rules, &more.into());
                 }
             }
@@ -371,8 +360,20 @@ impl Rules {
         }
     }
 
+    fn note_chattering(&self, rules: &RulesState) {
+        self.is_chattering
+            .store(rules.groups.is_any_chattering(), Ordering::Relaxed);
+    }
+
+    /// Reports what waits for the next transaction, if anything does.
+    pub(super) fn report_waiting(&self) {
+        if !self.deferred_events.is_empty() || self.is_chattering.load(Ordering::Relaxed) {
+            self.transact(|_| ());
+        }
+    }
+
     /// Signals drivers to carry out at once commands that cannot wait for their period.
-    pub(super) fn signal_drivers(&self, rules: &mut RulesState, drivers: &[usize]) {
+    pub(super) fn signal_drivers(&self, rules: &mut RulesState, drivers: &[SchemaId]) {
         for driver in drivers {
             self.signals
                 .post_within(&mut rules.notifications, *driver, Signal::Triggered);
@@ -392,7 +393,7 @@ impl Rules {
             ..
         } = rules;
         if let Some(observer) = observer {
-            observer.on_transaction(&Transaction {
+            observer.on_transaction(&ObservedTransaction {
                 began,
                 done: self.clock.now(),
                 step,

@@ -2,15 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use jde_app::parse;
+use jde_app::{RoleId, parse};
 use jde_core::{Check, Nanos, Operator, SchemaId};
 use jde_loader::{Plugins, SearchPath};
 use jde_records::event::Event;
 use jde_records::{Decision, DecisionTracker, MAX_QUEUED, MAX_WAIT};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
+use parking_lot::Mutex;
 
 use crate::clock::Clock;
 use crate::engine::{Actor, Engine};
@@ -70,7 +71,7 @@ impl Fixture {
         let decided = DecisionTracker::new(&application);
         let events = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&events);
-        let observer = Box::new(move |event: &Event| sink.lock().unwrap().push(event.clone()));
+        let observer = Box::new(move |event: &Event| sink.lock().push(event.clone()));
         let (engine, _ports) = Engine::new(
             application,
             Clock::new_virtual(),
@@ -91,7 +92,7 @@ impl Fixture {
         }
     }
 
-    fn of(&self, name: &str) -> usize {
+    fn of(&self, name: &str) -> SchemaId {
         self.engine.application.instance(name).unwrap()
     }
 
@@ -116,7 +117,7 @@ impl Fixture {
         self.check("bottom", true);
         let father = self.of("bottom");
         assert!(self.engine.rules.request_iteration(father).0);
-        for role in [0, 1] {
+        for role in [0, 1].map(RoleId) {
             assert_eq!(self.engine.request_child(father, role, true), jde_abi::raw::OK);
         }
         self.engine.rules.report_iteration_end(father);
@@ -128,7 +129,7 @@ impl Fixture {
 
     /// Returns the selections that were made and not emitted yet, after all events so far.
     fn withheld(&mut self) -> Vec<u64> {
-        let events = std::mem::take(&mut *self.events.lock().unwrap());
+        let events = std::mem::take(&mut *self.events.lock());
         for event in events {
             if let Event::Decision(record) = &event {
                 self.withheld.insert(record.number);
@@ -239,7 +240,7 @@ fn r15_a_schema_that_sleeps_before_its_takeover_withholds_nothing() {
         1,
         "first waits for the end of the iteration"
     );
-    let first = SchemaId(fixture.of("first") as u32);
+    let first = fixture.of("first");
     fixture
         .engine
         .operators
@@ -275,7 +276,7 @@ fn r15_what_waits_behind_a_winner_that_does_not_begin_is_bounded() {
     }
     assert_eq!(most, 1);
     // An operator forces `bottom`, so selections change nothing.
-    let bottom = SchemaId(fixture.of("bottom") as u32);
+    let bottom = fixture.of("bottom");
     fixture
         .engine
         .operators

@@ -6,15 +6,16 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock, Weak, mpsc};
 
-use jde_app::parse;
-use jde_core::{Check, GroupId, Health, Nanos};
+use jde_app::{InstancePort, RoleId, parse};
+use jde_board::Variable;
+use jde_core::{Check, GroupId, Health, Nanos, SchemaId};
 use jde_loader::{Plugins, SearchPath};
 use jde_records::event::{Event, Observer, Occurrence, What};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 
-use super::{Engine, Notifier, Signal, schema};
+use super::{Engine, Notifier, Signal};
 use crate::clock::Clock;
 use crate::inbox::Inbox;
 use crate::prepare::original_build;
@@ -121,6 +122,9 @@ const TWO: &str = r#"
     type = "engine-tests/act"
 "#;
 
+/// The first instance of each application.
+const FIRST: SchemaId = SchemaId(0);
+
 /// Records all notifications, and checks at each whether the rules are unlocked.
 #[derive(Default)]
 struct CountingNotifier {
@@ -139,7 +143,7 @@ impl CountingNotifier {
 }
 
 impl Notifier for CountingNotifier {
-    fn post(&self, _: usize, signal: Signal) -> bool {
+    fn post(&self, _: SchemaId, signal: Signal) -> bool {
         let engine = self.engine.get().and_then(Weak::upgrade).unwrap();
         let is_alone = matches!(signal, Signal::Replaced) && engine.rules.is_unlocked();
         assert!(!is_alone, "another transaction may come between a fault and this");
@@ -147,7 +151,7 @@ impl Notifier for CountingNotifier {
         true
     }
 
-    fn notify(&self, _: usize) {
+    fn notify(&self, _: SchemaId) {
         self.note(&self.called);
     }
 
@@ -174,7 +178,7 @@ fn engine_and_runner(
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN).unwrap();
     let application = parse(text, Path::new("test.toml"), &[], &plugins).unwrap();
-    let (engine, mut ports) = Engine::new(
+    let (engine, ports) = Engine::new(
         application,
         Clock::new_virtual(),
         observers,
@@ -188,8 +192,14 @@ fn engine_and_runner(
     counting.engine.set(Arc::downgrade(&engine)).unwrap();
     let notifier: Arc<dyn Notifier> = Arc::clone(&counting) as _;
     engine.attach(&notifier);
-    let build = original_build(&engine.application, &plugins, &engine.application.instances[0]).unwrap();
-    let runner = Runner::new(&engine, 0, build, ports.remove(0));
+    let build = original_build(
+        &engine.application,
+        &plugins,
+        &engine.application.instances[FIRST],
+    )
+    .unwrap();
+    let first = ports.into_iter().next().unwrap();
+    let runner = Runner::new(&engine, FIRST, build, first);
     (engine, counting, runner)
 }
 
@@ -218,15 +228,15 @@ fn threads_are_notified_after_the_rules_are_unlocked() {
 
     engine.rules.start();
     assert_eq!(since()[0], 2, "both are awake");
-    report_ready(1);
+    report_ready(SchemaId(1));
     assert_eq!(since()[0], 1, "it is the only one that wants");
-    let (may, _) = engine.rules.request_iteration(1);
+    let (may, _) = engine.rules.request_iteration(SchemaId(1));
     assert!(may);
-    report_ready(0);
+    report_ready(FIRST);
     assert_eq!(since(), [0, 1], "it has to wait, but not for ever");
-    engine.rules.report_iteration_end(1);
+    engine.rules.report_iteration_end(SchemaId(1));
     assert_eq!(since()[0], 1, "it wins");
-    engine.report_fault(0, String::from("it broke"));
+    engine.report_fault(FIRST, String::from("it broke"));
     assert!(since()[1] > 0, "it is to be restarted");
     engine.clock.advance_to(3_600_000_000_000);
     engine.tick();
@@ -264,31 +274,31 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
             cause: 0,
         };
         engine.rules.start();
-        engine.rules.report_check(0, check);
-        for role in [0, 1] {
-            engine.request_child(0, role, true);
+        engine.rules.report_check(FIRST, check);
+        for role in [0, 1].map(RoleId) {
+            engine.request_child(FIRST, role, true);
         }
-        engine.rules.report_check(1, check);
-        engine.rules.report_check(2, check);
+        engine.rules.report_check(SchemaId(1), check);
+        engine.rules.report_check(SchemaId(2), check);
         if let Some(begun) = begun {
             engine.clock.advance_to(begun);
             let ticket = engine
                 .rules
                 .read(|rules| rules.hierarchy.pending_arbitration(GroupId(1)));
-            engine.metrics[0].begin_arbitration(ticket.unwrap(), begun);
-            engine.metrics[0].begin_call(begun);
+            engine.metrics[FIRST].begin_arbitration(ticket.unwrap(), begun);
+            engine.metrics[FIRST].begin_call(begun);
         }
         if returned {
             // The call has returned, but the answer is not reported yet.
-            engine.metrics[0].end_call();
+            engine.metrics[FIRST].end_call();
         }
         engine.clock.advance_to(5 * MS);
         engine.tick();
         let decided = engine.rules.read(|rules| rules.hierarchy.winner(GroupId(1)));
-        assert_eq!(decided, Some(schema(1)), "the priority order decides");
+        assert_eq!(decided, Some(SchemaId(1)), "the priority order decides");
         let blamed = engine
             .rules
-            .read(|rules| matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_)));
+            .read(|rules| matches!(rules.hierarchy.health(FIRST), Health::ArbitrationFailed(_)));
         assert_eq!(blamed, expected, "begun at {begun:?}, returned: {returned}");
     }
 }
@@ -310,8 +320,8 @@ fn r7_a_father_that_a_debugger_holds_leaves_no_child_driving() {
         type = "engine-tests/act"
     "#;
     let (engine, _notifier) = engine(DRIVING, vec![]);
-    let [base, father, left] = [0, 1, 2];
-    let velocity = engine.variables.of(base, 0).unwrap();
+    let [base, father, left] = [0, 1, 2].map(SchemaId);
+    let velocity = engine.variables.of(InstancePort::new(base, 0)).unwrap();
     let speed = || {
         velocity
             .reader("test")
@@ -319,7 +329,7 @@ fn r7_a_father_that_a_debugger_holds_leaves_no_child_driving() {
             .and_then(|last| Twist::from_bytes(last.bytes))
     };
     let ahead = Twist::planar(0.3, 0.0);
-    let mut writer = velocity.writer(left as u32, "left").unwrap();
+    let mut writer = velocity.writer(left.0, "left").unwrap();
     let mut command = || {
         writer.loan().copy_from_slice(ahead.as_bytes());
         writer.publish(0, 0)
@@ -331,7 +341,7 @@ fn r7_a_father_that_a_debugger_holds_leaves_no_child_driving() {
     };
     engine.rules.start();
     engine.rules.report_check(father, check);
-    engine.request_child(father, 0, true);
+    engine.request_child(father, RoleId(0), true);
     engine.rules.report_check(left, check);
     command().expect("it has authority");
     assert_eq!(speed(), Some(ahead));
@@ -356,11 +366,11 @@ fn r2_an_awakening_of_before_a_death_brings_no_instance_back() {
         inbox.push(signal);
         runner.take_turn(Some(inbox))
     };
-    let mission = engine.variables.of(0, 0).unwrap();
+    let mission = engine.variables.of(InstancePort::new(FIRST, 0)).unwrap();
     engine.rules.start();
     turn(Signal::Awake(0));
     assert!(mission.has_value(engine.clock.now()), "it has a value");
-    engine.report_death(0, String::from("its process died"));
+    engine.report_death(FIRST, String::from("its process died"));
     for signal in [Signal::Replaced, Signal::Awake(0), Signal::Asleep] {
         turn(signal);
     }
@@ -369,6 +379,48 @@ fn r2_an_awakening_of_before_a_death_brings_no_instance_back() {
     engine.tick();
     turn(Signal::Awake(3_600_000_000_000));
     assert!(mission.has_value(engine.clock.now()), "its successor has one");
+}
+
+#[test]
+fn r19_a_call_that_is_given_up_leaves_no_value_when_its_fault_and_its_end_are_reported() {
+    const REPORTS: &str = "roots = [\"report\"]\n[schemas.report]\ntype = \"engine-tests/report\"\n";
+    for has_faulted_before in [false, true] {
+        let mission: Arc<OnceLock<Arc<Variable>>> = Arc::default();
+        let (sender, reported) = mpsc::channel();
+        let exported = Arc::clone(&mission);
+        let observer = move |event: &Event| {
+            let name = match event.what() {
+                Some(What::HealthChanged { .. }) => "fault",
+                Some(What::CallAbandoned { .. }) => "given up",
+                _ => return,
+            };
+            let has_value = exported.get().is_some_and(|variable| variable.has_value(0));
+            sender.send((name, has_value)).unwrap();
+        };
+        let (engine, _notifier) = engine(REPORTS, vec![Box::new(observer)]);
+        let variable = Arc::clone(engine.variables.of(InstancePort::new(FIRST, 0)).unwrap());
+        assert!(mission.set(Arc::clone(&variable)).is_ok());
+        engine.rules.start();
+        let mut writer = variable.writer(0, "report").unwrap();
+        let mut publish = || {
+            writer.loan().copy_from_slice(Mission::default().as_bytes());
+            writer.publish(0, 0).unwrap();
+        };
+        engine.variables.open_exports(FIRST);
+        publish();
+        assert!(variable.has_value(0));
+        if has_faulted_before {
+            // It could not be given up then, and has published since.
+            engine.report_hung_call(FIRST, String::from("it hangs"));
+            publish();
+        }
+        engine.report_abandoned_call(FIRST, 0, String::from("it hangs"), 0);
+        let reported: Vec<_> = reported.try_iter().collect();
+        assert_eq!(reported, [("fault", false), ("given up", false)]);
+        // The next instance awakes.
+        engine.variables.open_exports(FIRST);
+        assert!(!variable.has_value(0));
+    }
 }
 
 /// Records the missions that stall.
@@ -400,7 +452,12 @@ fn a_mission_is_published_while_the_rules_are_locked() {
     let (engine, _notifier) = engine(REPORTS, vec![Box::new(Stalls(sender))]);
     crate::mission::watch_mission(&engine);
     engine.rules.start();
-    let mut writer = engine.variables.of(0, 0).unwrap().writer(0, "report").unwrap();
+    let mut writer = engine
+        .variables
+        .of(InstancePort::new(FIRST, 0))
+        .unwrap()
+        .writer(0, "report")
+        .unwrap();
     let mut publish = || {
         let now = engine.clock.now();
         let far = Mission {

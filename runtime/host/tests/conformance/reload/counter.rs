@@ -274,6 +274,37 @@ impl Schema for Reordered {
 
 static REORDERED: raw::Plugin = jde_schema::plugin!("counter", "Counts its steps.", [Reordered]);
 
+/// A build that calls the speed by another name. It records what it reads.
+#[derive(Describe)]
+#[schema(motor, period = "10ms", name = "counter")]
+struct Renamed {
+    /// The number of the scenario.
+    #[modulation(default = 0, fixed)]
+    scenario: Modulation<u32>,
+    /// An input.
+    #[import(optional)]
+    input: Import<f64>,
+    /// The speed.
+    #[modulation(default = 1.0, unit = "m/s", was = "speed")]
+    pace: Modulation<f64>,
+    /// The command of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+    state: InstanceState,
+}
+
+impl Schema for Renamed {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.base.command(cx, Twist::planar(0.25, 0.0));
+        self.state.perform(cx, self.scenario.get(cx), 18, Call::Iterate)?;
+        let _ = self.input.get(cx);
+        self.state.record(format!("paces {}", self.pace.get(cx)));
+        Ok(())
+    }
+}
+
+static RENAMED: raw::Plugin = jde_schema::plugin!("counter", "Counts its steps.", [Renamed]);
+
 /// Returns the build with this number.
 pub(super) fn build(number: u32) -> LoadedPlugin {
     let table = match number {
@@ -294,6 +325,7 @@ pub(super) fn build(number: u32) -> LoadedPlugin {
         15 => &HANGS_IN_RESTORE,
         16 => &HANGS_IN_CHECK,
         17 => &HANGS_IN_SLEEP,
+        18 => &RENAMED,
         other => panic!("there is no build {other}"),
     };
     LoadedPlugin::linked_in(table).expect("its tables are valid")

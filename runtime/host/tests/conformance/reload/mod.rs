@@ -3,6 +3,7 @@
 
 mod counter;
 mod lists;
+mod names;
 mod trial;
 
 use std::path::Path;
@@ -10,7 +11,6 @@ use std::sync::Arc;
 
 use jde_abi::raw;
 use jde_app::parse;
-use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
 use jde_host::reload::ReloadOptions;
@@ -26,7 +26,6 @@ on_every_executor!(
     an_incompatible_build_is_refused_with_all_reasons_and_changes_nothing,
     a_modulation_that_the_file_sets_is_required_even_at_its_default,
     a_build_starts_fresh_without_a_memory_or_on_request,
-    ports_are_matched_by_name_when_a_build_numbers_them_otherwise,
     a_schema_that_sleeps_is_reloaded_asleep,
     a_faulted_schema_returns_with_a_new_build,
     a_schema_that_is_unloaded_is_loaded_with_the_new_build,
@@ -273,31 +272,6 @@ fn a_build_starts_fresh_without_a_memory_or_on_request(executor: Executor) {
     let takeover = reload(&mut app, 1, fresh).expect("it fits");
     assert_eq!(takeover.carried, None);
     app.until(|app| app.scenario.count("counter 1 step 1") == 2);
-    app.stop();
-}
-
-fn ports_are_matched_by_name_when_a_build_numbers_them_otherwise(executor: Executor) {
-    let mut app = start(executor);
-    let takeover = reload(&mut app, 13, ReloadOptions::default()).expect("it fits");
-    assert_eq!(
-        takeover.notes,
-        [
-            "the child `leg` is new: no schema has its role until the application restarts",
-            "the export `steps` is new: no schema reads it until the application restarts",
-            "the modulation `speed` has a new default; the running value is kept (`jde set` changes it)",
-            "the modulation `more` is new: it has its default until the application restarts",
-            "the import `nothing` is new: it stays unbound until the application restarts",
-        ]
-    );
-    app.until_line("counter 13 reads (2.0, 7.0, false, Some(4.0), false)");
-    app.until_line("robot velocity 0.25");
-    let counter = app.index("counter");
-    let operator = app.operator();
-    operator
-        .modulate(counter, "speed", &Value::Float(6.0))
-        .expect("a modulation");
-    app.until_line("counter 13 reads (6.0, 7.0, false, Some(4.0), false)");
-    assert!(app.handle.board().find("counter.steps").is_none());
     app.stop();
 }
 

@@ -21,11 +21,13 @@ mod hanging {
 
 fn r7_r9_a_command_that_a_father_took_over_is_neutral_when_no_child_is_ready(executor: Executor) {
     let scenario = Scenario::new();
-    let first = switch(true);
+    let (first, father) = (switch(true), switch(false));
     scenario.drives("first", &first, 0.3);
-    wakes_children(&scenario, "father", &switch(true));
+    wakes_children(&scenario, "father", &father);
     let mut app = TestApp::start(executor, &scenario, FAMILY);
     app.until_line("robot velocity 0.3");
+    father.store(true, SeqCst);
+    app.until(|app| app.schema("father").state == State::Ready);
     first.store(false, SeqCst);
     app.until_line("robot velocity 0");
     assert_eq!(app.winner("roots").as_deref(), Some("father"));
@@ -75,30 +77,30 @@ fn r7_a_command_that_a_father_took_over_is_neutral_when_its_child_commands_anoth
     executor: Executor,
 ) {
     let scenario = Scenario::new();
-    let first = switch(true);
+    let (first, father) = (switch(true), switch(false));
     scenario.drives("first", &first, 0.3);
-    wakes_children(&scenario, "father", &switch(true));
+    wakes_children(&scenario, "father", &father);
     let velocities = record_velocity(&scenario, "right", &switch(true));
     let mut app = TestApp::start(executor, &scenario, FAMILY);
     app.until_line("robot velocity 0.3");
-    velocities.lock().unwrap().clear();
+    father.store(true, SeqCst);
+    app.until(|app| app.schema("father").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| !velocities.lock().unwrap().is_empty());
-    assert_eq!(velocities.lock().unwrap()[0], 0.0);
+    app.until(|_| !velocities.lock().is_empty());
+    assert_eq!(velocities.lock()[0], 0.0);
     app.stop();
 }
 
 fn r9_a_group_without_authority_does_not_brake_a_command_that_another_schema_took_over(executor: Executor) {
     let scenario = Scenario::new();
-    let first = switch(true);
+    let (first, father) = (switch(true), switch(false));
     scenario.drives("first", &first, 0.3);
     let velocities = Arc::new(Mutex::new(Vec::new()));
-    let (recorder, first_ready) = (Arc::clone(&velocities), Arc::clone(&first));
+    let (recorder, ready) = (Arc::clone(&velocities), Arc::clone(&father));
     scenario.on_call("father", move |call, io| {
         match call {
-            Call::Check => io.ready(true),
-            // The father may be the first winner after the start.
-            Call::Iterate if !first_ready.load(SeqCst) => {
+            Call::Check => io.ready(ready.load(SeqCst)),
+            Call::Iterate => {
                 let handle = io.scenario.handle().expect("the application has started");
                 let velocity = || {
                     let command: Option<Twist> = handle.value("robot.velocity").expect("it is a command");
@@ -113,7 +115,7 @@ fn r9_a_group_without_authority_does_not_brake_a_command_that_another_schema_too
                 // After this, the father's group has no winner and brakes.
                 operator.play(right)?;
                 operator.hold_asleep(right)?;
-                recorder.lock().unwrap().push([before, velocity()]);
+                recorder.lock().push([before, velocity()]);
                 io.scenario.notify();
             }
             _ => {}
@@ -136,30 +138,33 @@ fn r9_a_group_without_authority_does_not_brake_a_command_that_another_schema_too
     "#;
     let mut app = TestApp::start(executor, &scenario, &(body + other));
     app.until_line("robot velocity 0.3");
+    father.store(true, SeqCst);
+    app.until(|app| app.schema("father").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| !velocities.lock().unwrap().is_empty());
+    app.until(|_| !velocities.lock().is_empty());
     app.stop();
-    assert_eq!(velocities.lock().unwrap()[0], [0.3, 0.3]);
+    assert_eq!(velocities.lock()[0], [0.3, 0.3]);
 }
 
 fn r7_a_command_that_a_father_took_over_is_neutral_when_it_wakes_no_child(executor: Executor) {
     let scenario = Scenario::new();
-    let first = switch(true);
+    let (first, father) = (switch(true), switch(false));
     scenario.drives("first", &first, 0.3);
-    let velocities = record_velocity(&scenario, "father", &switch(true));
+    let velocities = record_velocity(&scenario, "father", &father);
     let mut app = TestApp::start(executor, &scenario, FAMILY);
     app.until_line("robot velocity 0.3");
-    velocities.lock().unwrap().clear();
+    father.store(true, SeqCst);
+    app.until(|app| app.schema("father").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| velocities.lock().unwrap().len() > 1);
-    assert_eq!(velocities.lock().unwrap()[..2], [0.3, 0.0]);
+    app.until(|_| velocities.lock().len() > 1);
+    assert_eq!(velocities.lock()[..2], [0.3, 0.0]);
     app.until_line("robot velocity 0");
     app.stop();
 }
 
 fn r7_a_command_that_a_father_took_over_is_neutral_when_no_awake_child_is_ready(executor: Executor) {
     let scenario = Scenario::new();
-    let first = switch(true);
+    let (first, father) = (switch(true), switch(false));
     scenario.drives("first", &first, 0.3);
     // The father's group has braked before the father wins.
     scenario.on_call("left", |call, io| {
@@ -168,15 +173,16 @@ fn r7_a_command_that_a_father_took_over_is_neutral_when_no_awake_child_is_ready(
         }
         Ok(())
     });
-    let velocities = record_velocity(&scenario, "father", &switch(true));
+    let velocities = record_velocity(&scenario, "father", &father);
     let mut app = TestApp::start(executor, &scenario, FAMILY);
     app.until_line("robot velocity 0.3");
     let left = app.index("left");
     app.operator().play(left).expect("it can be played");
     app.until_line("left check");
-    velocities.lock().unwrap().clear();
+    father.store(true, SeqCst);
+    app.until(|app| app.schema("father").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| velocities.lock().unwrap().len() > 1);
-    assert_eq!(velocities.lock().unwrap()[..2], [0.3, 0.0]);
+    app.until(|_| velocities.lock().len() > 1);
+    assert_eq!(velocities.lock()[..2], [0.3, 0.0]);
     app.stop();
 }

@@ -4,9 +4,11 @@
 mod fathers;
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, mpsc};
 
+use jde_core::State;
 use jde_types::Twist;
+use parking_lot::Mutex;
 
 use crate::common::{Call, Executor, Scenario, TestApp, in_real_time, on_every_executor};
 
@@ -66,8 +68,8 @@ fn switch(on: bool) -> Arc<AtomicBool> {
     Arc::new(AtomicBool::new(on))
 }
 
-/// Records the base's command at each iteration of a schema that does not write it. This schema may be the
-/// first winner after the start.
+/// Records the base's command at each iteration of a schema that does not write it. A schema that is ready at the start may
+/// be the first winner, and then ends that iteration late.
 fn record_velocity(scenario: &Scenario, name: &str, ready: &Arc<AtomicBool>) -> Arc<Mutex<Vec<f64>>> {
     let found = Arc::new(Mutex::new(Vec::new()));
     let (recorder, ready) = (Arc::clone(&found), Arc::clone(ready));
@@ -77,10 +79,7 @@ fn record_velocity(scenario: &Scenario, name: &str, ready: &Arc<AtomicBool>) -> 
             Call::Iterate => {
                 if let Some(handle) = io.scenario.handle() {
                     let command: Option<Twist> = handle.value("robot.velocity").expect("it is a command");
-                    recorder
-                        .lock()
-                        .unwrap()
-                        .push(command.map_or(0.0, |twist| twist.linear.x));
+                    recorder.lock().push(command.map_or(0.0, |twist| twist.linear.x));
                     io.scenario.notify();
                 }
             }
@@ -114,22 +113,23 @@ fn velocity(app: &TestApp) -> f64 {
 
 fn r7_the_losers_command_is_neutral_when_the_winner_commands_another_actuator(executor: Executor) {
     let scenario = Scenario::new();
-    let (first, second) = (switch(true), switch(true));
+    let (first, second) = (switch(true), switch(false));
     scenario.drives("first", &first, 0.3);
     let found = record_velocity(&scenario, "second", &second);
     let mut app = TestApp::start(executor, &scenario, PAIR);
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    second.store(true, SeqCst);
+    app.until(|app| app.schema("second").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
+    app.until(|_| !found.lock().is_empty());
+    assert_eq!(found.lock()[0], 0.0);
     app.until_line("robot velocity 0");
     app.stop();
 }
 
 fn r7_the_losers_command_is_neutral_after_a_fault(executor: Executor) {
     let scenario = Scenario::new();
-    let (fails, second) = (switch(false), switch(true));
+    let (fails, second) = (switch(false), switch(false));
     let failing = Arc::clone(&fails);
     scenario.on_call("first", move |call, io| match call {
         Call::Check => {
@@ -146,24 +146,27 @@ fn r7_the_losers_command_is_neutral_after_a_fault(executor: Executor) {
     let found = record_velocity(&scenario, "second", &second);
     let mut app = TestApp::start(executor, &scenario, PAIR);
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    second.store(true, SeqCst);
+    app.until(|app| app.schema("second").state == State::Ready);
     fails.store(true, SeqCst);
-    app.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
+    app.until(|_| !found.lock().is_empty());
+    assert_eq!(found.lock()[0], 0.0);
     app.stop();
 }
 
 fn r7_the_losers_command_is_neutral_after_a_stop_by_an_operator(executor: Executor) {
     let scenario = Scenario::new();
     scenario.drives("first", &switch(true), 0.3);
-    let found = record_velocity(&scenario, "second", &switch(true));
+    let second = switch(false);
+    let found = record_velocity(&scenario, "second", &second);
     let mut app = TestApp::start(executor, &scenario, PAIR);
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    second.store(true, SeqCst);
+    app.until(|app| app.schema("second").state == State::Ready);
     let first = app.index("first");
     app.operator().hold_asleep(first).expect("it can be stopped");
-    app.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
+    app.until(|_| !found.lock().is_empty());
+    assert_eq!(found.lock()[0], 0.0);
     app.stop();
 }
 
@@ -187,12 +190,11 @@ fn r7_the_losers_command_is_neutral_after_the_end_of_patience(executor: Executor
     let body = PAIR.replace("actuators = { base", "budget = \"1000s\"\n actuators = { base");
     let mut app = TestApp::start(executor, &scenario, &body);
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
     second.store(true, SeqCst);
     let second = app.index("second");
     app.operator().force(second).expect("it can be forced");
-    app.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
+    app.until(|_| !found.lock().is_empty());
+    assert_eq!(found.lock()[0], 0.0);
     drop(release);
     app.stop();
 }
@@ -209,13 +211,12 @@ fn r9_a_hold_ends_when_a_sibling_wins(executor: Executor) {
     let found = record_velocity(&scenario, "second", &second);
     let mut app = TestApp::start(executor, &scenario, &holding(PAIR));
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
     first.store(false, SeqCst);
     app.until(|app| app.winner("roots").is_none());
     assert_eq!(velocity(&app), 0.3, "the command is held");
     second.store(true, SeqCst);
-    app.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
+    app.until(|_| !found.lock().is_empty());
+    assert_eq!(found.lock()[0], 0.0);
     app.until_line("robot velocity 0");
     app.stop();
 }
@@ -243,13 +244,12 @@ fn r9_a_hold_below_a_father_ends_when_another_schema_wins_above(executor: Execut
     "#;
     let mut app = TestApp::start(executor, &scenario, body);
     app.until_line("robot velocity 0.4");
-    found.lock().unwrap().clear();
     vff.store(false, SeqCst);
     app.until(|app| app.winner("example/base").is_none());
     assert_eq!(velocity(&app), 0.4, "the command is held");
     head.store(true, SeqCst);
-    app.until(|_| !found.lock().unwrap().is_empty());
-    assert_eq!(found.lock().unwrap()[0], 0.0);
+    app.until(|_| !found.lock().is_empty());
+    assert_eq!(found.lock()[0], 0.0);
     app.until_line("robot velocity 0");
     app.stop();
 }
@@ -294,7 +294,8 @@ fn r7_of_two_actuators_the_one_that_is_not_taken_over_is_neutral(executor: Execu
         }
         Ok(())
     });
-    let found = record_velocity(&scenario, "second", &switch(true));
+    let second = switch(false);
+    let found = record_velocity(&scenario, "second", &second);
     // Both schemas command the robot, and only `first` commands the legs.
     let body = r#"
         roots = ["first", "second"]
@@ -312,14 +313,11 @@ fn r7_of_two_actuators_the_one_that_is_not_taken_over_is_neutral(executor: Execu
     let mut app = TestApp::start(executor, &scenario, body);
     app.until_line("legs velocity 0.2");
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    second.store(true, SeqCst);
+    app.until(|app| app.schema("second").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| found.lock().unwrap().len() > 1);
-    assert_eq!(
-        found.lock().unwrap()[..2],
-        [0.3, 0.0],
-        "taken over but not written"
-    );
+    app.until(|_| found.lock().len() > 1);
+    assert_eq!(found.lock()[..2], [0.3, 0.0], "taken over but not written");
     let legs: Option<Twist> = app.handle.value("legs.velocity").expect("it is a command");
     assert_eq!(legs, Some(Twist::ZERO), "not taken over");
     app.stop();
@@ -340,16 +338,16 @@ fn r7_an_actuator_that_is_taken_over_receives_no_neutral_command(executor: Execu
     );
     let recorder = Arc::clone(&values);
     let watch = command.watch(move || {
-        let mut reader = reader.lock().unwrap();
+        let mut reader = reader.lock();
         let bytes = reader.latch(0).expect("it was published").bytes.to_vec();
         reader.release();
-        recorder.lock().unwrap().push(bytes);
+        recorder.lock().push(bytes);
     });
     first.store(false, SeqCst);
     app.until_line("robot velocity 0.2");
     drop(watch);
     let neutral = jde_types::Value::as_bytes(&Twist::ZERO).to_vec();
-    assert!(!values.lock().unwrap().contains(&neutral));
+    assert!(!values.lock().contains(&neutral));
     app.stop();
 }
 
@@ -357,14 +355,16 @@ fn r7_a_command_that_the_winner_does_not_write_in_its_first_iteration_becomes_ne
     let scenario = Scenario::new();
     let first = switch(true);
     scenario.drives("first", &first, 0.3);
-    let found = record_velocity(&scenario, "second", &switch(true));
+    let second = switch(false);
+    let found = record_velocity(&scenario, "second", &second);
     let body = PAIR.replace("arm = \"robot.reach\"", "base = \"robot.velocity\"");
     let mut app = TestApp::start(executor, &scenario, &body);
     app.until_line("robot velocity 0.3");
-    found.lock().unwrap().clear();
+    second.store(true, SeqCst);
+    app.until(|app| app.schema("second").state == State::Ready);
     first.store(false, SeqCst);
-    app.until(|_| found.lock().unwrap().len() > 1);
-    assert_eq!(found.lock().unwrap()[..2], [0.3, 0.0]);
+    app.until(|_| found.lock().len() > 1);
+    assert_eq!(found.lock()[..2], [0.3, 0.0]);
     app.until_line("robot velocity 0");
     app.stop();
 }

@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Guard, Kind, Limits, ListKind, Plugin, Port, PortList, Role, RosNotation,
-    Schema, Type, Validity,
+    Attributes, Child, Field, FieldKind, Form, Guard, Kind, Limits, ListKind, Plugin, Port, PortList, Role,
+    RosNotation, Schema, Type, Validity,
 };
 use jde_abi::lists::ListedPort;
+use jde_abi::raw;
 use jde_app::Isolation;
 use jde_loader::PluginLocation;
 use jde_loader::instance::{ArbitrationQuery, CandidateChild, Verdict};
@@ -21,7 +22,7 @@ use crate::TypeLocation;
 use crate::inspect::{EntryPoint, InspectorRequest, InspectorResponse};
 use crate::launch::{Acceptance, Launch, PortInfo};
 use crate::messages::{
-    Bytes, Call, Changes, ChildState, Done, FromChild, Function, Input, Outcome, Reply, Stamp, ToChild, Value,
+    Bytes, Call, Changes, Done, FromChild, Function, Input, Outcome, Reply, Stamp, ToChild, Value,
 };
 
 /// What messages are made of.
@@ -171,15 +172,11 @@ impl Parts {
                 ToChild::Reply(Reply::Input(input)),
             ]);
         }
-        let child = ChildState {
-            state: self.number,
-            faulted: !self.number,
-        };
         let replies = [
             Reply::Loan(Ok(None)),
             Reply::Loan(Ok(Some(self.word as usize))),
             Reply::Loan(Err(self.status)),
-            Reply::Child(Ok(child)),
+            Reply::Child(Ok((self.number, true))),
             Reply::Child(Err(self.status)),
             Reply::Status(self.status),
         ];
@@ -283,7 +280,7 @@ impl Parts {
     fn plugin(&self) -> Plugin {
         let validity = Validity::Time(self.word);
         let roles = [
-            Role::Import { trigger: true },
+            Role::Import,
             Role::Export { validity },
             Role::Modulation {
                 default: self.bytes.clone(),
@@ -292,12 +289,10 @@ impl Parts {
                     greatest: None,
                     choices: vec![self.text.clone()],
                 },
-                fixed: false,
             },
             Role::Command {
                 neutral: self.bytes.clone(),
                 validity_ns: self.word,
-                trigger: true,
             },
             Role::Actuator,
             Role::ChildModulation { child: 3 },
@@ -308,7 +303,8 @@ impl Parts {
             unit: String::from("m"),
             value_type: self.value_type(),
             role,
-            optional: true,
+            attributes: Attributes::of(raw::IMPORT, raw::OPTIONAL),
+            former_name: Some(self.text.clone()),
         };
         let child = Child {
             name: self.text.clone(),
@@ -342,6 +338,8 @@ impl Parts {
             children: vec![child],
             arbitrates: true,
             panel: false,
+            touch: false,
+            memory: true,
             inspects: true,
             guard: Some(Guard {
                 state: self.number as usize,
@@ -362,10 +360,7 @@ impl Parts {
 
     pub(super) fn inspected(&self) -> Vec<InspectorResponse> {
         vec![
-            InspectorResponse::Plugin {
-                description: self.plugin(),
-                optional: vec![self.number],
-            },
+            InspectorResponse::Plugin(self.plugin()),
             InspectorResponse::EntryPoints(vec![EntryPoint(self.text.clone(), self.path())]),
             InspectorResponse::Inspected {
                 status: self.status,

@@ -121,7 +121,8 @@ pub(super) fn text(bound: Bound) -> Option<Type> {
 }
 
 /// The number of this name; `None` for a structure or a text.
-pub(crate) fn scalar(element: &str) -> Option<Scalar> {
+#[must_use]
+pub fn scalar(element: &str) -> Option<Scalar> {
     Some(match element {
         "bool" => Scalar::Bool,
         "uint8" | "byte" | "char" => Scalar::U8,

@@ -14,7 +14,7 @@ use jde_abi::describe::{FieldKind, Type};
 
 use super::{definition, full, parts};
 pub(super) use layout::OF_ROS_1;
-pub(crate) use layout::scalar;
+pub use layout::scalar;
 use layout::{Capacity, Element, Layout, shape, text};
 use section::{Comments, Line, Section, sections};
 

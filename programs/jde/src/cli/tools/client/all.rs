@@ -4,11 +4,11 @@
 use std::io::{self, Write};
 
 use jde_link::message::Action;
+use jde_terminal::{self as terminal, BAD, FAINT, GOOD};
 
 use super::{Context, Target};
 use crate::failure::{Failure, display_path};
 use crate::remote::request;
-use crate::terminal::{self, BAD, FAINT, GOOD};
 
 /// Stops everything.
 pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
@@ -50,6 +50,10 @@ fn send_to_all(
     effect: &str,
     hint: &str,
 ) -> Result<(), Failure> {
+    let (is_stop, is_release) = (
+        matches!(action, Action::StopAll),
+        matches!(action, Action::ReleaseAll),
+    );
     let request = request(action);
     let mut out = terminal::out();
     let mut failed = Vec::new();
@@ -58,6 +62,9 @@ fn send_to_all(
     jde_link::broadcast(&reach, name.as_deref(), &request, &mut |reply| {
         let application = display_path(reply.target.as_ref());
         let result = match &reply.outcome {
+            Ok(roots) if roots.is_empty() && is_release => {
+                writeln!(out, "{application}: nothing was stopped with everything")
+            }
             Ok(roots) => {
                 let roots: Vec<_> = roots.iter().map(|root| display_path(root.as_ref())).collect();
                 writeln!(out, "{application}: {GOOD}{} {effect}{GOOD:#}", roots.join(", "))
@@ -81,8 +88,12 @@ fn send_to_all(
         writeln!(out, "{FAINT}{hint}{FAINT:#}")?;
         return Ok(());
     }
-    Err(Failure::Broken(format!(
-        "{} did not do it; if it moves something, press the robot's own emergency stop",
+    let help = match is_stop {
+        true => "; if it moves something, press the robot's own emergency stop",
+        false => "",
+    };
+    Err(Failure::broken(format!(
+        "{} did not do it{help}",
         failed.join(", ")
     )))
 }

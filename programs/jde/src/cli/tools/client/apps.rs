@@ -8,13 +8,13 @@ use jde_core::State;
 use jde_link::Unanswered;
 use jde_link::message::{About, Network};
 use jde_records::snapshot::Snapshot;
+use jde_session::cli::print_json;
+use jde_terminal::{self as terminal, FAINT, GOOD, TITLE, WARN};
 use serde::Serialize;
 
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::failure::{Failure, display_path};
 use crate::remote::table::{Alignment, Cell, Table};
-use crate::terminal::{self, FAINT, GOOD, TITLE, WARN};
 
 /// List the running applications.
 #[derive(Args)]
@@ -95,7 +95,7 @@ impl Apps {
         if problems.is_empty() {
             return Ok(());
         }
-        Err(Failure::Broken(problems.join("; ")))
+        Err(Failure::broken(problems.join("; ")))
     }
 }
 
@@ -183,7 +183,7 @@ pub(super) fn format_span(time: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::top::tests::navigation;
+    use crate::snapshots::navigation;
 
     #[test]
     fn winners_are_listed_from_the_roots_down() {

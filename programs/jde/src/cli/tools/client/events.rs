@@ -8,16 +8,16 @@ use clap_complete::ArgValueCompleter;
 use jde_link::ReceivedEvent;
 use jde_records::event::What;
 use jde_records::{RecordKind, RunRecord};
+use jde_session::cli::print_json;
+use jde_session::record_text::format_record;
+use jde_terminal::interrupt::SignalListener;
+use jde_terminal::queue::{Popped, Queue};
+use jde_terminal::{self as terminal, WARN};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::SignalListener;
-use crate::queue::{Popped, Queue};
-use crate::record_text::format_record;
-use crate::terminal::{self, WARN};
 
 /// Number of lines of each kind that an application keeps.
 const MAX_HISTORY: usize = 1000;
@@ -144,9 +144,9 @@ impl Events {
                 RunRecord::Other(event) => ("events", json!(event)),
             };
             let (number, missed) = (event.number, event.missed + unread);
-            return print_json(
+            return Ok(print_json(
                 &json!({ "stream": stream, "number": number, "missed": missed, "line": line }),
-            );
+            )?);
         }
         let mut out = terminal::out();
         if unread > 0 {

@@ -5,15 +5,15 @@ use clap_complete::ArgValueCompleter;
 use jde_link::Sample;
 use jde_link::message::VariableInfo;
 use jde_link::value::to_json;
+use jde_session::cli::print_json;
+use jde_terminal::{self as terminal, FAINT};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
 use crate::remote::field::VariableField;
 use crate::remote::name;
-use crate::terminal::{self, FAINT};
 
 /// Show the newest value of a variable, or of a field of it.
 #[derive(Args)]

@@ -10,15 +10,16 @@ use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
 use jde_link::Remote;
 use jde_link::message::Action;
+use jde_session::top;
+use jde_terminal::interrupt::SignalListener;
+use jde_terminal::{self as terminal, FAINT, GOOD, WARN};
 
 use super::{Context, Target};
+use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::SignalListener;
 use crate::quantity;
 use crate::remote::name::split_application;
 use crate::remote::request;
-use crate::terminal::{self, FAINT, GOOD, WARN};
-use crate::{complete, top};
 
 /// How long a hold stays in force without its client.
 const LEASE: Duration = Duration::from_secs(1);
@@ -207,7 +208,7 @@ pub(super) fn perform_action(
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
         }
         if let Some(reason) = hold.lost() {
-            return Err(Failure::Broken(format!(
+            return Err(Failure::broken(format!(
                 "the hold ended before its time: {reason}"
             )));
         }

@@ -7,15 +7,16 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_link::{PanelSample, Rate, Remote};
 use jde_panel::{Button, Gesture, Item, List, Touch};
+use jde_session::cli::print_json;
+use jde_terminal::{self as terminal, FAINT, GOOD, TITLE};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
+use crate::inspect::first_paragraph;
 use crate::remote::name::split_application;
 use crate::remote::panel;
-use crate::terminal::{self, FAINT, GOOD, TITLE};
 
 /// The longest time that a schema may take to draw its panel.
 const DRAW_TIMEOUT: Duration = Duration::from_secs(5);
@@ -31,7 +32,7 @@ const DRAW_TIMEOUT: Duration = Duration::from_secs(5);
   jde panel example
   jde panel example --click field 4.5 2.0
   jde panel example --touch clear
-  jde panel vff --touch ahead=2.5
+  jde panel plan --touch width=0.6
   jde panel robot2:example --json")]
 pub(crate) struct Panel {
     /// The schema, or APP:SCHEMA.
@@ -63,16 +64,16 @@ impl Panel {
         check_has_panel(&remote, schema)?;
         let sample = wait_for_drawing(&remote, schema)?;
         if self.json {
-            return print_json(&json!({
+            return Ok(print_json(&json!({
                 "application": remote.about().name,
                 "schema": schema,
                 "number": sample.sequence,
                 "time_s": sample.time as f64 / 1e9,
                 "list": sample.list.as_ref().ok(),
                 "reason": sample.list.as_ref().err(),
-            }));
+            }))?);
         }
-        let failure = |reason| Failure::Broken(format!("the panel of {schema} shows nothing: {reason}"));
+        let failure = |reason| Failure::broken(format!("the panel of {schema} shows nothing: {reason}"));
         let list = sample.list.map_err(failure)?;
         let gesture = match (&self.touch, self.click.as_slice()) {
             (Some(touched), _) => Some(parse_touch(&list, touched)?),
@@ -98,14 +99,14 @@ impl Panel {
         schemas.retain(|schema| schema.panel);
         if self.json {
             let names: Vec<_> = schemas.iter().map(|schema| &schema.name).collect();
-            return print_json(&names);
+            return Ok(print_json(&names)?);
         }
         let mut out = terminal::out();
         if schemas.is_empty() {
             writeln!(out, "no schema of {} has a panel", remote.about().name)?;
         }
         for schema in schemas {
-            let doc = schema.doc.lines().next().unwrap_or_default();
+            let doc = first_paragraph(&schema.doc);
             writeln!(out, "{TITLE}{}{TITLE:#}  {FAINT}{doc}{FAINT:#}", schema.name)?;
         }
         out.flush()?;
@@ -147,7 +148,7 @@ fn wait_for_drawing(remote: &Remote, schema: &str) -> Result<PanelSample, Failur
         Ok(None) | Err(RecvTimeoutError::Disconnected) => {
             Err(jde_link::Error::Disconnected(remote.about().name.clone()).into())
         }
-        Err(RecvTimeoutError::Timeout) => Err(Failure::Broken(format!(
+        Err(RecvTimeoutError::Timeout) => Err(Failure::broken(format!(
             "{schema} drew nothing within {} s",
             DRAW_TIMEOUT.as_secs()
         ))),
@@ -350,7 +351,7 @@ mod tests {
     #[test]
     fn an_invalid_touch_is_reported_before_it_is_sent() {
         let error = |text: &str| match parse_touch(&list(), text).unwrap_err() {
-            Failure::Usage { message, help } => format!("{message}; {help}"),
+            Failure::Run(crate::failure::RunFailure::Usage { message, help }) => format!("{message}; {help}"),
             other => other.to_string(),
         };
         assert!(error("claer").contains("did you mean `clear`?"));

@@ -2,9 +2,9 @@
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_session::cli::print_value;
 
 use super::{Context, Target};
-use crate::cli::print_value;
 use crate::complete;
 use crate::failure::Failure;
 use crate::remote;
@@ -28,6 +28,10 @@ pub(crate) struct Ps {
 impl Ps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
-        print_value(self.json, &remote.hierarchy()?, remote::hierarchy::write)
+        Ok(print_value(
+            self.json,
+            &remote.hierarchy()?,
+            remote::hierarchy::write,
+        )?)
     }
 }

@@ -13,20 +13,24 @@ use jde_conditions::{Names, Triggers};
 use jde_core::Nanos;
 use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
-use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
+use jde_log::Selection;
+use jde_recorder::{Origin, Recorder, RecorderOptions, Stamps, Topic};
 use jde_records::event::StateChange;
 use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
+use jde_session::summary;
+use jde_terminal::interrupt::SignalListener;
+use jde_terminal::{self as terminal, FAINT};
 
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
 use crate::cli::tools::recording::SplitArgs;
+use crate::complete;
+use crate::extensions::{
+    PanelOptions, TriggerWindow, parse_triggers, recording_failure, recording_summary, report_trouble,
+};
 use crate::failure::{Failure, display_path};
-use crate::interrupt::SignalListener;
 use crate::quantity;
-use crate::session::{self, PanelOptions, RecordingSummary, TriggerWindow};
-use crate::terminal::{self, FAINT};
-use crate::{complete, summary};
 
 /// Number of earlier lines of each kind that are recorded as well. They contain the reasons for the current
 /// winners.
@@ -86,14 +90,14 @@ impl Record {
         let recorder = match (self.trigger, split) {
             (Some(trigger), _) => {
                 let names = condition_names(&remote, &variables)?;
-                let mut trigger = session::parse_triggers(&trigger, names)?;
+                let mut trigger = parse_triggers(&trigger, names)?;
                 process_states(&mut trigger.triggers, &remote.hierarchy()?);
                 Recorder::create_triggered(&self.file, options, trigger)
             }
             (None, Some(split)) => Recorder::create_split(&self.file, options, split),
             (None, None) => Recorder::create(&self.file, options),
         };
-        let recorder = recorder.map_err(|error| session::recording_failure(error, &self.file))?;
+        let recorder = recorder.map_err(|error| recording_failure(error, &self.file))?;
         let recorder = Arc::new(recorder);
         let mut subscriptions = Vec::with_capacity(variables.len() + 1);
         let mut recorded_variables = 0;
@@ -101,7 +105,7 @@ impl Record {
             let topic = if selection.contains(&variable.name) {
                 recorded_variables += 1;
                 Some(recorder.topic(
-                    &jde_log::topic_name(&variable.name),
+                    &jde_recorder::topic_name(&variable.name),
                     value_type(variable)?,
                     metadata(variable),
                 ))
@@ -130,20 +134,20 @@ impl Record {
         let end = self.time.map(|time| Instant::now() + Duration::from_nanos(time));
         wait_for_end(&remote, &recorder, recorded_variables, end, is_triggered)?;
         drop(subscriptions);
-        let recorded = RecordingSummary::of(&self.file, is_triggered, recorder.finish());
+        let recorded = recording_summary(&self.file, is_triggered, recorder.finish());
         let mut out = terminal::out();
         summary::print_recording(&recorded, &mut out)?;
         for (topic, lost) in recorder.status().lost_by_topic {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
         out.flush()?;
-        recorded.check_complete()
+        Ok(recorded.check_complete()?)
     }
 }
 
-fn options(remote: &Remote, named: String, overwrite: bool) -> Options<'static> {
+fn options(remote: &Remote, named: String, overwrite: bool) -> RecorderOptions<'static> {
     let about = remote.about();
-    Options {
+    RecorderOptions {
         origin: Origin {
             application: about.application.clone(),
             seed: 0,
@@ -156,7 +160,7 @@ fn options(remote: &Remote, named: String, overwrite: bool) -> Options<'static> 
         application: None,
         overwrite,
         lossless: false,
-        on_trouble: session::report_trouble(named),
+        on_trouble: report_trouble(named),
     }
 }
 
@@ -321,7 +325,7 @@ fn watch_panel(
 fn value_type(variable: &VariableInfo) -> Result<Arc<Type>, Failure> {
     let read = variable
         .value_type()
-        .map_err(|error| Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name)));
+        .map_err(|error| Failure::broken(format!("the type of `{}` cannot be read: {error}", variable.name)));
     Ok(Arc::new(read?))
 }
 

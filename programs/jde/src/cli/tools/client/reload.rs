@@ -8,16 +8,16 @@ use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
 use jde_link::message::Action;
 use jde_records::reload::{ReloadOutcome, ReloadReport};
+use jde_session::cli::print_value;
+use jde_terminal::{BAD, GOOD, WARN};
 
 use super::apps::format_span;
 use super::{Context, Target};
-use crate::cli::print_value;
 use crate::complete;
 use crate::failure::{Failure, display_path};
 use crate::quantity;
 use crate::remote::name::split_application;
 use crate::remote::request;
-use crate::terminal::{BAD, GOOD, WARN};
 
 /// Replace the code of a schema while it runs: the current build in its plugin's file takes over between two
 /// iterations.
@@ -39,7 +39,7 @@ pub(crate) struct Reload {
     name: String,
     #[command(flatten)]
     target: Target,
-    /// How long the previous build is kept for a return to it; 0s for not at all.
+    /// How long the previous build is kept in case the new one fails; 0s keeps none.
     #[arg(long, value_name = "TIME", value_parser = quantity::time_offset, default_value = "3s")]
     probation: Nanos,
     /// Start without the memory of the previous build.

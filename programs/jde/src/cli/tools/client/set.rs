@@ -6,14 +6,16 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_app::literal;
 use jde_app::period::RANGE;
+use jde_link::Remote;
 use jde_link::message::Action;
 use jde_link::value::to_json;
+use jde_session::top;
 
 use super::operate::{ActionMessages, DurationArg, perform_action};
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::Failure;
-use crate::top;
+use crate::remote::name::unknown_variable;
 
 /// Write a modulation of a schema, with its unit; `period` is one of every schema.
 ///
@@ -23,7 +25,7 @@ use crate::top;
 #[command(after_help = "Examples:
   jde set goon.fast '0.3 m/s'
   jde set vff.period 50ms
-  jde set example.start '{x = 1.0, y = 2.0, theta = 0.0}'
+  jde set guide.room kitchen
   jde set robot2:goon.fast=0.2 --for 10s")]
 pub(crate) struct Set {
     /// The modulation: SCHEMA.MODULATION, or SCHEMA.MODULATION=VALUE.
@@ -62,8 +64,14 @@ impl Set {
             .iter()
             .filter(|variable| variable.access == "modulation");
         let Some(info) = variables.iter().find(|variable| variable.name == name) else {
+            if let Some(present) = present_name(&remote, name)? {
+                return Err(Failure::usage(
+                    format!("`{name}` is called `{present}` now"),
+                    format!("write `jde set {present} {value}`"),
+                ));
+            }
             let names = settable.map(|variable| variable.name.as_str());
-            return Err(Failure::unknown("modulation", name, names));
+            return Err(unknown_variable("modulation", name, names));
         };
         if info.access != "modulation" {
             return Err(Failure::usage(
@@ -94,7 +102,7 @@ impl Set {
         }
         let value_type = info
             .value_type()
-            .map_err(|error| Failure::Broken(format!("the type of `{name}` cannot be read: {error}")))?;
+            .map_err(|error| Failure::broken(format!("the type of `{name}` cannot be read: {error}")))?;
         let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
         let read = literal::parse_value(
             value,
@@ -104,7 +112,7 @@ impl Set {
             &folder,
             name,
         )
-        .map_err(Failure::application)?;
+        .map_err(Failure::faults)?;
         let action = Action::Modulate {
             schema,
             variable: info.variable.clone(),
@@ -112,6 +120,18 @@ impl Set {
         };
         perform_action(&remote, action, &self.lasting, &messages)
     }
+}
+
+/// Returns the present name of a modulation that was renamed.
+fn present_name(remote: &Remote, name: &str) -> Result<Option<String>, Failure> {
+    let Some((owner, former)) = name.rsplit_once('.') else {
+        return Ok(None);
+    };
+    let schemas = remote.schemas()?.schemas;
+    let ports = schemas.iter().filter(|schema| schema.name == owner);
+    let mut ports = ports.flat_map(|schema| &schema.ports);
+    let renamed = ports.find(|port| port.former_name.as_deref() == Some(former));
+    Ok(renamed.map(|port| format!("{owner}.{}", port.name)))
 }
 
 fn article(word: &str) -> &'static str {

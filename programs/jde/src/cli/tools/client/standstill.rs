@@ -5,14 +5,14 @@ use clap::Args;
 use super::{Context, Target, all};
 use crate::failure::Failure;
 
-/// Let time pass again that stands still at a breakpoint of `jde run --break`.
+/// Let time go on after a breakpoint of `jde run --break`.
 #[derive(Args)]
 pub(crate) struct Continue {
     #[command(flatten)]
     target: Target,
 }
 
-/// Let a little time pass that stands still at a breakpoint: 10 ms, or to the next instant in lockstep.
+/// Make a step at a breakpoint: 10 ms, or to the next instant in lockstep.
 #[derive(Args)]
 pub(crate) struct Step {
     #[command(flatten)]

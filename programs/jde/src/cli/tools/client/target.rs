@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_link::{Client, Folders, Login, Reach, Remote, Tls, Unanswered};
+use jde_session::log::Log;
 use serde::Deserialize;
 
 use crate::complete;
 use crate::failure::Failure;
-use crate::log::Log;
 
 /// The application, and where it runs.
 #[derive(Args, Clone, Debug, Default)]
@@ -35,7 +35,6 @@ impl Target {
     }
 
     /// Whether an endpoint was typed, and is not only set in the environment.
-    #[cfg(feature = "view")]
     pub(crate) fn has_typed_endpoint(&self) -> bool {
         let default = std::env::var("JDE_AT").unwrap_or_default();
         !self.at.is_empty() && !self.at.iter().map(String::as_str).eq(default.split(','))
@@ -75,6 +74,14 @@ struct KeyTls {
     authority: Option<PathBuf>,
 }
 
+/// Returns the failure of a verb for running applications that got a file.
+pub(super) fn recording_instead(file: &str) -> Failure {
+    Failure::usage(
+        format!("`{file}` is a file; this verb is for a running application"),
+        format!("use `jde info {file}`, `jde report {file}` or `jde why --in {file}` for a recording"),
+    )
+}
+
 impl Context {
     /// Creates a context with the log of this process.
     pub(crate) fn new(log: Log) -> Self {
@@ -93,8 +100,8 @@ impl Context {
         if unanswered.is_empty() {
             return Ok(());
         }
-        Err(Failure::Broken(format!(
-            "{} gave no answer, or none that makes sense",
+        Err(Failure::broken(format!(
+            "{} gave no usable answer",
             unanswered.join(", ")
         )))
     }
@@ -127,7 +134,10 @@ impl Context {
         }
         let (app, at, key) = &selector;
         let client = Client::connect(&reach(at, key.as_deref())?)?;
-        let remote = client.application(app.as_deref())?;
+        let remote = client.application(app.as_deref()).map_err(|error| match named {
+            Some(named) if Path::new(named).is_file() => recording_instead(named),
+            _ => error.into(),
+        })?;
         for Unanswered { target, reason } in client.unanswered() {
             tracing::warn!("{reason}");
             self.unanswered.borrow_mut().push(target);

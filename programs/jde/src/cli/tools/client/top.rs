@@ -4,14 +4,14 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_session::top::{self, ExitReason, ObservedApplication as _};
+use jde_terminal as terminal;
+use jde_terminal::interrupt::SignalListener;
 
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::SignalListener;
 use crate::remote::application::RemoteApplication;
-use crate::terminal;
-use crate::top::{self, ExitReason, ObservedApplication as _};
 
 /// Watch a running application in the oscilloscope; `q` quits without ending it, `?` shows the keys.
 #[derive(Args)]

@@ -3,20 +3,20 @@
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_board::value::Value;
-use jde_link::message::VariableInfo;
-use jde_log::Selection;
-
 use jde_link::Remote;
+use jde_link::message::VariableInfo;
 use jde_link::value::to_json;
+use jde_log::Selection;
+use jde_session::cli::print_json;
+use jde_terminal::{self as terminal, FAINT, TITLE, WARN};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
+use crate::inspect::first_paragraph;
 use crate::remote::field::VariableField;
 use crate::remote::table::{Alignment, Cell, Table};
-use crate::terminal::{self, FAINT, TITLE, WARN};
 
 /// The size above which a value is not printed, bytes: that of an image or a map.
 const MAX_BYTES: usize = 1 << 20;
@@ -60,7 +60,7 @@ impl Vars {
         variables.retain(|variable| selection.contains(&variable.name));
         if self.json {
             let variables = variables.iter().map(|variable| with_value(&remote, variable));
-            return print_json(&variables.collect::<Result<Vec<_>, _>>()?);
+            return Ok(print_json(&variables.collect::<Result<Vec<_>, _>>()?)?);
         }
         let mut table = Table::new(columns(self.docs));
         for variable in &variables {
@@ -163,7 +163,7 @@ fn status_cells(variable: &VariableInfo) -> Vec<Cell> {
 fn doc_cells(variable: &VariableInfo) -> [Cell; 3] {
     let has_range = variable.access == "modulation" && variable.range != Default::default();
     let range = has_range.then(|| Cell::from(&variable.range));
-    let doc = variable.doc.lines().next().unwrap_or_default();
+    let doc = first_paragraph(&variable.doc);
     [
         variable.unit.as_str().into(),
         range.unwrap_or_default(),

@@ -8,19 +8,19 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_link::value::to_json;
 use jde_link::{Rate, Remote, Sample, Subscription};
+use jde_session::cli::print_json;
+use jde_terminal::interrupt::SignalListener;
+use jde_terminal::queue::{Popped, Queue};
+use jde_terminal::{self as terminal, FAINT, WARN};
 use serde_json::json;
 
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::complete;
 use crate::failure::Failure;
-use crate::interrupt::SignalListener;
 use crate::quantity;
-use crate::queue::{Popped, Queue};
 use crate::remote::field::VariableField;
 use crate::remote::name;
 use crate::strip_chart;
-use crate::terminal::{self, FAINT, WARN};
 
 /// The rate of values for a plot: at least two for each redraw.
 const PLOT_RATE: Rate = Rate::Hz(50);
@@ -178,7 +178,7 @@ impl Watch {
         // An element past the end of a list has no value.
         let value = sample.bytes.as_deref().and_then(|bytes| part.decode(bytes).ok());
         if self.json {
-            return print_json(&json!({
+            return Ok(print_json(&json!({
                 "application": watched.application,
                 "variable": watched.variable,
                 "name": part.name(),
@@ -188,7 +188,7 @@ impl Watch {
                 "writer": sample.writer,
                 "value": value.as_ref().map(to_json),
                 "missed": missed,
-            }));
+            }))?);
         }
         let mut out = terminal::out();
         if missed > 0 {
@@ -239,8 +239,8 @@ struct PlotSource<'w> {
     start: Instant,
 }
 
-impl strip_chart::Source for PlotSource<'_> {
-    fn take_samples(&mut self) -> Vec<strip_chart::Sample> {
+impl strip_chart::NumberSource for PlotSource<'_> {
+    fn take_samples(&mut self) -> Vec<strip_chart::TracePoint> {
         let mut samples = Vec::new();
         // Ignore how many values were dropped: they arrived between two redraws and would not be visible.
         while let Popped::Next {
@@ -262,7 +262,7 @@ impl strip_chart::Source for PlotSource<'_> {
             } else {
                 sample.time as f64 / 1e9
             };
-            samples.push(strip_chart::Sample {
+            samples.push(strip_chart::TracePoint {
                 trace,
                 time,
                 // A missing value interrupts the line.

@@ -10,14 +10,15 @@ use jde_link::Remote;
 use jde_log::{Recording, record};
 use jde_records::event::{Occurrence, What};
 use jde_records::{Decision, RecordKind, RunRecord};
+use jde_session::cli::print_json;
+use jde_terminal as terminal;
 use serde::Serialize;
 
 use super::resolve::split_one_application;
+use super::target::recording_instead;
 use super::{Context, Target};
-use crate::cli::print_json;
 use crate::complete;
 use crate::failure::{Failure, display_path};
-use crate::terminal;
 use crate::why::{self, Answer, KnownSpan, Question};
 
 /// Number of selections requested from a running application: all that it keeps.
@@ -64,6 +65,12 @@ impl Why {
         let (selections, mut schemas, mut groups) = match &self.recording {
             Some(file) => (read_recording(file)?, Vec::new(), Vec::new()),
             None => {
+                if let Some(file) = words
+                    .iter()
+                    .find(|word| word.ends_with(".mcap") && Path::new(word).is_file())
+                {
+                    return Err(recording_instead(file));
+                }
                 let remote = context.remote(&self.target, named)?;
                 let known = remote.schemas()?;
                 (
@@ -199,12 +206,12 @@ fn print_answer(question: &Question, selections: &Selections, json: bool) -> Res
             before,
             after,
             limits,
-        } if json => print_json(&SelectionOutput {
+        } if json => Ok(print_json(&SelectionOutput {
             decision,
             before: *before,
             after: *after,
             limits: limits.clone(),
-        }),
+        })?),
         Answer::Match { .. } => {
             let marked = question.winner.as_deref().filter(|_| question.negated);
             let mut out = terminal::out();

@@ -43,7 +43,7 @@ impl Merge {
             state.shards = BTreeSet::new();
             state.expect_same(&whole, part).map_err(folder_failure)?;
             let read = read_results(&part.join("results.jsonl"), &experiment.columns);
-            let read = read.map_err(|error| Failure::Broken(error.to_string()))?;
+            let read = read.map_err(|error| Failure::broken(error.to_string()))?;
             results.extend(read.into_iter().map(|result| (result.drive, result)));
         }
         let existing = if self.replace {
@@ -58,7 +58,7 @@ impl Merge {
         results.write().map_err(Failure::file(folder.path()))?;
         if missing > 0 {
             let parts: Vec<_> = self.parts.iter().map(|part| display_path(part)).collect();
-            return Err(Failure::Broken(format!(
+            return Err(Failure::broken(format!(
                 "{missing} drives are in none of {}: run the parts that are missing, or --resume those that were interrupted",
                 parts.join(", ")
             )));

@@ -22,15 +22,15 @@ use jde_experiment::pool::{self, PoolExperiment, PoolOptions, Task};
 use jde_experiment::result::{DriveResult, Outcome};
 use jde_experiment::worker::WorkerArguments;
 use jde_experiment::{Experiment, file};
+use jde_session::log::Filter;
+use jde_session::paths;
+use jde_terminal as terminal;
+use jde_terminal::interrupt::SignalListener;
 
 use crate::child;
+use crate::extensions::RecordOptions;
 use crate::failure::{Failure, display_path};
-use crate::interrupt::SignalListener;
-use crate::log::Filter;
-use crate::paths;
 use crate::quantity;
-use crate::session::RecordOptions;
-use crate::terminal;
 use progress::Progress;
 use results::Results;
 
@@ -69,10 +69,10 @@ pub(crate) struct ExperimentVerb {
     /// Processes at a time; one for each processor if left out.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// The longest time of the machine that a drive may take; a longer one is a result, `hung`.
+    /// The longest time of the machine that a drive may take; a longer one counts as `hung`.
     #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s")]
     limit: Nanos,
-    /// The most memory of a process; a drive that needs more is a result, `crashed`.
+    /// The most memory of a process; a drive that needs more counts as `crashed`.
     #[arg(long, value_name = "SIZE", value_parser = quantity::size, default_value = "2GB")]
     memory: usize,
     /// Run one part of several of the same size.
@@ -114,7 +114,7 @@ impl FromStr for Shard {
             (1 <= parts[0] && parts[0] <= parts[1]).then_some(parts)
         });
         parts.map(Self).ok_or_else(|| {
-            format!("`{text}` is no part; write its number and how many there are, such as 3/16")
+            format!("`{text}` is not a part; write its number and the number of parts, such as 3/16")
         })
     }
 }
@@ -220,8 +220,12 @@ impl ExperimentVerb {
 
 /// Reads an experiment for its drives, and inspects its plugins.
 pub(super) fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
-    let with_inspector = |application| Applications::new(application, Some(child::inspector()));
-    file::read(path, with_inspector).map_err(Failure::application)
+    let with_inspector = |application| Applications::new(application, Some(jde_session::child::inspector()));
+    let read = file::read(path, with_inspector).map_err(Failure::faults)?;
+    if let Some(concerns) = &read.0.concerns {
+        jde_session::failure::warn(concerns);
+    }
+    Ok(read)
 }
 
 pub(super) fn processors() -> usize {
@@ -235,7 +239,7 @@ fn folder_failure(error: FolderError) -> Failure {
         }
         FolderError::Other { .. } => "name another folder with --out, or replace the results with --replace",
         FolderError::Empty(_) => "name the folder that `jde experiment` wrote with --out",
-        FolderError::File { .. } | FolderError::Damaged(_) => return Failure::Broken(error.to_string()),
+        FolderError::File { .. } | FolderError::Damaged(_) => return Failure::broken(error.to_string()),
     };
     Failure::usage(error.to_string(), help)
 }
@@ -250,10 +254,10 @@ fn conclude(results: &Results<'_>, file: &Path, json: bool, missing: usize) -> R
     writeln!(output, "{}", display_path(&results.folder.join("report.html")))?;
     output.flush()?;
     if json {
-        crate::cli::print_json(&results.counts())?;
+        jde_session::cli::print_json(&results.counts())?;
     }
     if missing > 0 {
-        return Err(Failure::Broken(format!(
+        return Err(Failure::broken(format!(
             "interrupted with {missing} drives left; go on with: jde experiment {} --out {} --resume",
             display_path(file),
             display_path(&results.folder),
@@ -263,5 +267,9 @@ fn conclude(results: &Results<'_>, file: &Path, json: bool, missing: usize) -> R
         .results
         .iter()
         .all(|result| result.outcome == Outcome::Passed);
-    if all_passed { Ok(()) } else { Err(Failure::Mission) }
+    if all_passed {
+        Ok(())
+    } else {
+        Err(Failure::mission())
+    }
 }

@@ -4,11 +4,10 @@
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
+use jde_drawing::text::counted;
 use jde_experiment::result::{DriveResult, Outcome};
-
-use crate::escape::without_styles;
-use crate::summary::pluralize;
-use crate::terminal::{self, BAD, FAINT};
+use jde_terminal::escape::without_styles;
+use jde_terminal::{self as terminal, BAD, FAINT};
 
 /// The time between two lines: on a terminal the eye follows no more, and in a file a minute has few lines.
 const TERMINAL_INTERVAL: Duration = Duration::from_millis(100);
@@ -96,7 +95,7 @@ impl Progress {
     fn text(&self) -> String {
         let seconds = self.started.elapsed().as_secs_f64();
         let rate = (self.done - self.before) as f64 / seconds.max(1e-3);
-        let (drives, failed) = (pluralize(self.total as u64, "drive"), self.failed);
+        let (drives, failed) = (counted(self.total as u64, "drive"), self.failed);
         let style = if failed > 0 { BAD } else { FAINT };
         let mut text = format!("{} of {drives}, {style}{failed} failed{style:#}", self.done);
         if rate > 0.0 {

@@ -7,15 +7,15 @@ use jde_experiment::Experiment;
 use jde_experiment::applications::Applications;
 use jde_experiment::drive::PreparedDrive;
 use jde_experiment::result::{DriveResult, Outcome};
-use jde_host::Options;
+use jde_host::{Options, StartError};
+use jde_session::log::{Filter, Log};
+use jde_session::run::{Extension, RunContext};
+use jde_session::summary::print_recording;
+use jde_terminal::escape::escape_json;
+use jde_terminal::{self as terminal, BAD, FAINT, GOOD, TITLE};
 
-use crate::child;
-use crate::escape::escape_json;
+use crate::extensions::RecordOptions;
 use crate::failure::Failure;
-use crate::log::{Filter, Log};
-use crate::session::{Extension, RecordOptions, RunContext, start_failure};
-use crate::summary::print_recording;
-use crate::terminal::{self, BAD, FAINT, GOOD, TITLE};
 
 /// Runs a drive, and prints its result.
 ///
@@ -36,7 +36,7 @@ pub(super) fn run(
         ));
     }
     let _log = Log::start(filter.unwrap_or_default());
-    let prepared = PreparedDrive::new(experiment, drive, seed, applications).map_err(Failure::application)?;
+    let prepared = PreparedDrive::new(experiment, drive, seed, applications).map_err(Failure::faults)?;
     let context = RunContext {
         application: &prepared.application,
         lockstep: true,
@@ -44,10 +44,11 @@ pub(super) fn run(
     };
     let recording = record
         .map(|record| record.prepare(&context))
-        .transpose()?
+        .transpose()
+        .map_err(StartError::HookFailed)?
         .flatten();
     let mut options = Options {
-        isolation_program: Some(child::program()),
+        isolation_program: Some(jde_session::child::program()),
         ..Options::default()
     };
     if let Some(recording) = &recording {
@@ -56,7 +57,7 @@ pub(super) fn run(
         options.start_hook = Some(recording.before_start(&prepared.plugins));
     }
     let started = Instant::now();
-    let result = prepared.run(experiment, options).map_err(start_failure)?;
+    let result = prepared.run(experiment, options)?;
     let wall = started.elapsed().as_secs_f64();
     let recorded = recording.and_then(|recording| recording.finish());
     let mut output = terminal::text_out(json);
@@ -71,7 +72,7 @@ pub(super) fn run(
     }
     match result.outcome {
         Outcome::Passed => Ok(()),
-        Outcome::Failed | Outcome::Crashed | Outcome::Hung | Outcome::Broken => Err(Failure::Mission),
+        Outcome::Failed | Outcome::Crashed | Outcome::Hung | Outcome::Broken => Err(Failure::mission()),
     }
 }
 

@@ -3,13 +3,13 @@
 
 use std::io::{self, Write};
 
-use jde_experiment::comparison::{Comparison, Paired, Row};
+use jde_experiment::comparison::{Comparison, ComparisonRow, Paired};
 use jde_experiment::result::{Columns, Outcome};
 use jde_experiment::statistics::{Interval, Share};
+use jde_session::top::text::{columns, cut_start};
+use jde_terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
 
 use crate::remote::table::{Alignment, Cell, Table};
-use crate::terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
-use crate::top::text::{columns, cut_start};
 
 /// The space between two columns.
 const GAP: usize = 2;
@@ -49,7 +49,12 @@ pub(crate) fn write(
 }
 
 /// Writes the only row: a line for each measure.
-fn write_row(output: &mut dyn Write, names: &Columns, comparison: &Comparison, row: &Row) -> io::Result<()> {
+fn write_row(
+    output: &mut dyn Write,
+    names: &Columns,
+    comparison: &Comparison,
+    row: &ComparisonRow,
+) -> io::Result<()> {
     let style = verdict(row.passed);
     write!(
         output,
@@ -173,7 +178,7 @@ fn write_properties(output: &mut dyn Write, names: &Columns, comparison: &Compar
 }
 
 /// The drives that passed in each row.
-fn passed(rows: &[Row]) -> Group {
+fn passed(rows: &[ComparisonRow]) -> Group {
     let cells = rows.iter().map(|row| {
         let Share { count, total, .. } = row.passed;
         vec![
@@ -185,7 +190,7 @@ fn passed(rows: &[Row]) -> Group {
 }
 
 /// How the other drives of each row ended.
-fn outcomes(rows: &[Row]) -> Group {
+fn outcomes(rows: &[ComparisonRow]) -> Group {
     let titles = Outcome::ALL
         .into_iter()
         .filter(|outcome| *outcome != Outcome::Passed);
@@ -293,7 +298,7 @@ fn empty() -> Vec<(String, Style)> {
     vec![("none".to_owned(), FAINT), (String::new(), FAINT)]
 }
 
-fn other_outcomes(row: &Row) -> impl Iterator<Item = (Outcome, usize)> {
+fn other_outcomes(row: &ComparisonRow) -> impl Iterator<Item = (Outcome, usize)> {
     let counts = Outcome::ALL.into_iter().zip(row.outcomes);
     counts.filter(|(outcome, _)| *outcome != Outcome::Passed)
 }
@@ -366,7 +371,7 @@ mod tests {
         let results: Vec<_> = (0..100 * speeds.len()).map(drive).collect();
         let mut text = Vec::new();
         write(&mut text, &names, &Comparison::of(&names, &results), Some(width)).unwrap();
-        crate::escape::without_styles(&String::from_utf8(text).unwrap())
+        jde_terminal::escape::without_styles(&String::from_utf8(text).unwrap())
     }
 
     #[test]

@@ -16,11 +16,11 @@ use jde_experiment::Experiment;
 use jde_experiment::folder;
 use jde_experiment::pool::{self, PoolExperiment, PoolOptions, Task};
 use jde_experiment::worker::WorkerArguments;
+use jde_terminal::interrupt::SignalListener;
 
 use super::experiment::{processors, read};
 use crate::child;
 use crate::failure::{Failure, display_path};
-use crate::interrupt::SignalListener;
 use crate::quantity;
 use report::Report;
 
@@ -33,7 +33,7 @@ use report::Report;
 #[command(after_help = "Examples:
   jde test                                  all of the folder tests
   jde test tests/doors.toml --watch         again after every change of the test, its application or a plugin
-  jde test --filter door --shuffle          the seeds are others each time; a failure prints its seed")]
+  jde test --filter door --shuffle          with new seeds each time; a failure prints its seed")]
 pub(crate) struct Test {
     /// Files of tests, or folders of them.
     #[arg(value_name = "PATH", value_hint = ValueHint::AnyPath, default_value = "tests")]

@@ -2,16 +2,16 @@
 
 use std::io::{self, Write};
 
+use jde_drawing::text::counted;
 use jde_experiment::Experiment;
 use jde_experiment::pool::Task;
 use jde_experiment::result::{DriveResult, Outcome};
+use jde_session::cli::print_json;
+use jde_terminal::escape::escape;
+use jde_terminal::{self as terminal, BAD, FAINT, GOOD, TITLE, TextWriter};
 use serde::Serialize;
 
-use crate::cli::print_json;
-use crate::escape::escape;
 use crate::failure::{Failure, display_path};
-use crate::summary::pluralize;
-use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter};
 
 /// The tests so far.
 pub(super) struct Report {
@@ -34,7 +34,7 @@ impl Report {
     /// Prints the beginning.
     pub(super) fn begin(tests: usize, seed: Option<u64>, json: bool) -> io::Result<Self> {
         let mut output = terminal::text_out(json);
-        write!(output, "{}", pluralize(tests as u64, "test"))?;
+        write!(output, "{}", counted(tests as u64, "test"))?;
         match seed {
             Some(seed) => writeln!(output, ", --shuffle={seed}")?,
             None => writeln!(output)?,
@@ -90,8 +90,8 @@ impl Report {
         }
         match tests - passed - failed {
             0 if failed == 0 => Ok(()),
-            0 => Err(Failure::Mission),
-            missing => Err(Failure::Broken(format!("interrupted with {missing} tests left"))),
+            0 => Err(Failure::mission()),
+            missing => Err(Failure::broken(format!("interrupted with {missing} tests left"))),
         }
     }
 }

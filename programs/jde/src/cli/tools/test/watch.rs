@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use crate::terminal::{self, FAINT};
+use jde_terminal::{self as terminal, FAINT};
 
 /// The time between two looks at the files.
 const INTERVAL: Duration = Duration::from_millis(200);

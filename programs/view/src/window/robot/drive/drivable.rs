@@ -3,7 +3,7 @@
 use eframe::egui::{self, Ui};
 use jde_link::message::SchemaInfo;
 
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// The types of the schemas that drive a base and turn a head.
 const BASE: &str = "teleop/base";
@@ -44,7 +44,7 @@ fn commanded(schema: &SchemaInfo) -> impl Iterator<Item = &str> {
 }
 
 /// Shows how to add the missing schemas.
-pub(super) fn advice(ui: &mut Ui, session: &Session, body: &str) {
+pub(super) fn advice(ui: &mut Ui, session: &WindowSession, body: &str) {
     if body.is_empty() {
         ui.weak("this application has no schema that drives");
         return;

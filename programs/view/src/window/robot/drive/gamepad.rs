@@ -1,8 +1,11 @@
 //! Game pads: while a shoulder button is held, the sticks act as the pads of the window. It sends no
 //! commands.
 
-use eframe::egui::{Vec2, vec2};
+use eframe::egui::{Ui, Vec2, vec2};
 use gilrs::{Axis, Button, Gamepad, Gilrs};
+
+use super::Sticks;
+use super::lease::BEAT;
 
 /// Fraction of a stick's travel below which it is at rest.
 const DEAD: f32 = 0.12;
@@ -12,45 +15,49 @@ pub(super) struct Gamepads {
     gilrs: Result<Gilrs, String>,
 }
 
-/// The positions of the sticks while a shoulder button is held.
-pub(super) struct GamepadLease {
-    /// The left stick.
-    pub(super) drive: Vec2,
-    /// The right stick.
-    pub(super) head: Vec2,
-}
-
-impl Gamepads {
-    pub(super) fn open() -> Self {
+impl Default for Gamepads {
+    fn default() -> Self {
         Self {
             gilrs: Gilrs::new().map_err(|error| error.to_string()),
         }
     }
+}
 
-    /// Processes the pending events. Returns the sticks of the first pad with a held shoulder button. Call in
-    /// each frame.
-    pub(super) fn lease(&mut self) -> Option<GamepadLease> {
+impl Gamepads {
+    /// Shows the status of the game pads, and returns the positions of their sticks. Call in each frame.
+    pub(super) fn sticks(&mut self, ui: &mut Ui) -> Sticks {
+        let sticks = self.held();
+        ui.weak(self.status());
+        if self.any() {
+            ui.ctx().request_repaint_after(BEAT);
+        }
+        let focused = ui.input(|input| input.focused);
+        sticks.filter(|_| focused).unwrap_or_default()
+    }
+
+    /// Processes the pending events. Returns the sticks of the first pad with a held shoulder button.
+    fn held(&mut self) -> Option<Sticks> {
         let gilrs = self.gilrs.as_mut().ok()?;
         while gilrs.next_event().is_some() {}
         let held =
             |pad: &Gamepad<'_>| pad.is_pressed(Button::LeftTrigger) || pad.is_pressed(Button::RightTrigger);
         let (_, pad) = gilrs.gamepads().find(|(_, pad)| held(pad))?;
         let stick = |x: Axis, y: Axis| without_dead_zone(vec2(pad.value(x), pad.value(y)));
-        Some(GamepadLease {
-            drive: stick(Axis::LeftStickX, Axis::LeftStickY),
-            head: stick(Axis::RightStickX, Axis::RightStickY),
+        Some(Sticks {
+            drive: Some(stick(Axis::LeftStickX, Axis::LeftStickY)),
+            head: Some(stick(Axis::RightStickX, Axis::RightStickY)),
         })
     }
 
     /// Whether a game pad is connected, so that it must be polled.
-    pub(super) fn any(&self) -> bool {
+    fn any(&self) -> bool {
         self.gilrs
             .as_ref()
             .is_ok_and(|gilrs| gilrs.gamepads().next().is_some())
     }
 
     /// The status of the game pads, as text.
-    pub(super) fn status(&self) -> String {
+    fn status(&self) -> String {
         match &self.gilrs {
             Err(reason) => format!("no game pads: {reason}"),
             Ok(gilrs) => match gilrs.gamepads().next() {

@@ -7,7 +7,7 @@ use eframe::egui::Ui;
 use jde_link::message::Action;
 use serde_json::Value;
 
-use crate::session::Session;
+use crate::session::WindowSession;
 
 /// Minimum interval between changes of the wanted value, and the interval of its renewal. A base ignores
 /// faster changes, and the renewal is well within the patience of the driven schema.
@@ -32,7 +32,7 @@ impl DriveLease {
     }
 
     /// Holds the wanted value, or releases the hold if `want` is `None`.
-    pub(super) fn order(&mut self, ui: &Ui, session: &Session, schema: &str, want: Option<Value>) {
+    pub(super) fn order(&mut self, ui: &Ui, session: &WindowSession, schema: &str, want: Option<Value>) {
         let Some(want) = want else {
             self.let_go(session);
             return;
@@ -58,7 +58,7 @@ impl DriveLease {
         ui.ctx().request_repaint_after(BEAT);
     }
 
-    pub(super) fn let_go(&mut self, session: &Session) {
+    pub(super) fn let_go(&mut self, session: &WindowSession) {
         if let Some(held) = self.held.take() {
             session.let_go(&held.schema);
         }

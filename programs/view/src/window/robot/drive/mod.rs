@@ -5,6 +5,9 @@
 mod drivable;
 #[cfg(feature = "gamepad")]
 mod gamepad;
+#[cfg(not(feature = "gamepad"))]
+#[path = "no_gamepad.rs"]
+mod gamepad;
 mod lease;
 mod pad;
 
@@ -19,9 +22,10 @@ use serde_json::json;
 
 use super::sensors::Sensors;
 use super::table;
-use crate::session::Session;
+use crate::session::WindowSession;
 use crate::style::{self, Style};
 use drivable::DrivableSchemas;
+use gamepad::Gamepads;
 use lease::DriveLease;
 use pad::Pad;
 
@@ -31,7 +35,7 @@ const WALK: f64 = 0.3;
 const SHOWN: Duration = Duration::from_secs(6);
 
 /// The part of the window for driving by hand.
-pub(super) struct Drive {
+pub(super) struct ManualDrive {
     /// Whether driving is switched on.
     on: bool,
     since: Instant,
@@ -39,8 +43,7 @@ pub(super) struct Drive {
     speed: f64,
     base: DriveLease,
     head: DriveLease,
-    #[cfg(feature = "gamepad")]
-    gamepads: Option<gamepad::Gamepads>,
+    gamepads: Option<Gamepads>,
 }
 
 /// The maximum speeds that a schema allows.
@@ -59,7 +62,7 @@ struct Sticks {
     head: Option<Vec2>,
 }
 
-impl Drive {
+impl ManualDrive {
     pub(super) fn new(speed: Option<f64>) -> Self {
         Self {
             on: false,
@@ -69,7 +72,6 @@ impl Drive {
                 .unwrap_or(WALK),
             base: DriveLease::default(),
             head: DriveLease::default(),
-            #[cfg(feature = "gamepad")]
             gamepads: None,
         }
     }
@@ -80,7 +82,7 @@ impl Drive {
     }
 
     /// Shows the controls, and orders what the user drives.
-    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, senses: &Sensors, style: &Style) {
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &WindowSession, senses: &Sensors, style: &Style) {
         let DrivableSchemas { base, head } =
             DrivableSchemas::of(&session.schemas().schemas, &senses.body, &senses.bodies);
         let Some(base) = base else {
@@ -109,10 +111,7 @@ impl Drive {
         self.refusals(ui, session, style);
         if !self.on {
             self.stop(session);
-            #[cfg(feature = "gamepad")]
-            {
-                self.gamepads = None;
-            }
+            self.gamepads = None;
             return;
         }
         let limits = Limits::of(session, base);
@@ -129,7 +128,7 @@ impl Drive {
             return;
         }
         self.slider(ui, limits.fast, style);
-        let sticks = self.sticks(ui);
+        let sticks = self.gamepads.get_or_insert_default().sticks(ui);
         let (drive, gaze) = pads(ui, head.is_some_and(|(_, turn)| turn.is_some()), style);
         let speed = self.speed.min(limits.fast);
         let want = drive.or(sticks.drive).map(|push| {
@@ -155,7 +154,7 @@ impl Drive {
     }
 
     /// Releases all holds.
-    fn stop(&mut self, session: &Session) {
+    fn stop(&mut self, session: &WindowSession) {
         self.base.let_go(session);
         self.head.let_go(session);
     }
@@ -179,7 +178,13 @@ impl Drive {
     }
 
     /// Returns a text that names the schema in control, and its color.
-    fn status(&self, session: &Session, senses: &Sensors, base: &SchemaInfo, style: &Style) -> (String, Ink) {
+    fn status(
+        &self,
+        session: &WindowSession,
+        senses: &Sensors,
+        base: &SchemaInfo,
+        style: &Style,
+    ) -> (String, Ink) {
         let Some(view) = session.view(&base.name) else {
             return (format!("no state of {} has arrived", base.name), Ink::Warn);
         };
@@ -207,7 +212,7 @@ impl Drive {
     }
 
     /// Shows the last refusal since driving was switched on.
-    fn refusals(&self, ui: &mut Ui, session: &Session, style: &Style) {
+    fn refusals(&self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         let refused = session
             .notices()
             .into_iter()
@@ -217,32 +222,11 @@ impl Drive {
             ui.colored_label(style::color_of(Ink::Bad, style), refused.text);
         }
     }
-
-    #[cfg(feature = "gamepad")]
-    fn sticks(&mut self, ui: &mut Ui) -> Sticks {
-        let gamepads = self.gamepads.get_or_insert_with(gamepad::Gamepads::open);
-        let lease = gamepads.lease();
-        ui.weak(gamepads.status());
-        if gamepads.any() {
-            ui.ctx().request_repaint_after(lease::BEAT);
-        }
-        let focused = ui.input(|input| input.focused);
-        let lease = lease.filter(|_| focused);
-        Sticks {
-            drive: lease.as_ref().map(|lease| lease.drive),
-            head: lease.map(|lease| lease.head),
-        }
-    }
-
-    #[cfg(not(feature = "gamepad"))]
-    fn sticks(&mut self, _: &mut Ui) -> Sticks {
-        Sticks::default()
-    }
 }
 
 impl Limits {
     /// Reads the limits. `None` until they have arrived.
-    fn of(session: &Session, base: &SchemaInfo) -> Option<Self> {
+    fn of(session: &WindowSession, base: &SchemaInfo) -> Option<Self> {
         Some(Self {
             fast: number(session, base, "fast")?,
             turn: number(session, base, "turn")?.max(0.0),
@@ -250,13 +234,13 @@ impl Limits {
     }
 }
 
-fn number(session: &Session, schema: &SchemaInfo, modulation: &str) -> Option<f64> {
+fn number(session: &WindowSession, schema: &SchemaInfo, modulation: &str) -> Option<f64> {
     let name = format!("{}.{modulation}", schema.name);
     session.read::<f64>(&name, Rate::Hz(2)).map(|(number, _)| number)
 }
 
 /// The winner of the roots.
-fn winner(session: &Session) -> Option<&str> {
+fn winner(session: &WindowSession) -> Option<&str> {
     let snapshot = session.snapshot();
     let roots = snapshot.groups.iter().find(|group| group.father.is_none())?;
     Some(snapshot.schemas.get(roots.winner?)?.name.as_str())

@@ -30,7 +30,7 @@ pub(super) struct Pipelines {
 }
 
 /// The properties in which the pipelines differ.
-struct Kind<'a> {
+struct PipelineKind<'a> {
     vertex: &'a str,
     fragment: &'a str,
     buffers: &'a [Option<VertexBufferLayout<'a>>],
@@ -97,7 +97,7 @@ impl Pipelines {
             step_mode: VertexStepMode::Vertex,
             attributes: &vertex_attr_array![0 => Float32x3, 1 => Float32x2],
         };
-        let make = |kind: Kind<'_>| {
+        let make = |kind: PipelineKind<'_>| {
             let layouts: &[_] = if kind.pictures {
                 &[Some(&frame), Some(&picture)]
             } else {
@@ -108,7 +108,7 @@ impl Pipelines {
         let forms = [Some(corner.clone()), Some(instance)];
         let corners = [Some(corner)];
         let strokes = [Some(stroke)];
-        let form = |writes_depth| Kind {
+        let form = |writes_depth| PipelineKind {
             vertex: "form",
             fragment: "lit",
             buffers: &forms,
@@ -116,7 +116,7 @@ impl Pipelines {
             writes_depth,
             pictures: false,
         };
-        let triangle = |writes_depth| Kind {
+        let triangle = |writes_depth| PipelineKind {
             vertex: "corner",
             fragment: "lit",
             buffers: &corners,
@@ -124,7 +124,7 @@ impl Pipelines {
             writes_depth,
             pictures: false,
         };
-        let quad = |vertex, fragment, buffers, writes_depth| Kind {
+        let quad = |vertex, fragment, buffers, writes_depth| PipelineKind {
             vertex,
             fragment,
             buffers,
@@ -140,7 +140,7 @@ impl Pipelines {
             translucent_corners: make(triangle(false)),
             strokes: make(quad("stroke", "plain", &strokes, false)),
             dots: make(quad("dot_", "round", &strokes, true)),
-            pictures: make(Kind {
+            pictures: make(PipelineKind {
                 vertex: "picture",
                 fragment: "shown",
                 buffers: &[Some(shown)],
@@ -159,7 +159,7 @@ fn pipeline(
     module: &ShaderModule,
     layouts: &[Option<&wgpu::BindGroupLayout>],
     samples: u32,
-    kind: Kind<'_>,
+    kind: PipelineKind<'_>,
 ) -> RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(kind.vertex),
