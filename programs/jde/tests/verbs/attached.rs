@@ -8,7 +8,7 @@ use jde_watchdog::Watchdog;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair, root};
+use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair, root, signal};
 use crate::terminal::Terminal;
 
 /// A runtime folder of one test. Only the applications that the test starts in it find each other.
@@ -144,9 +144,7 @@ impl Running {
     }
 
     pub(crate) fn signal(&self, name: &str) {
-        let mut kill = Command::new("kill");
-        kill.args([&format!("-{name}"), &self.process.id().to_string()]);
-        assert!(kill.status().expect("kill is installed").success());
+        signal(name, &self.process);
     }
 }
 

@@ -46,10 +46,11 @@ fn check_loss_is_reported(run: &RunOutput, error: &str) {
     assert_eq!(summary["outcome"], "done");
     let recording = &summary["recording"];
     assert!(recording["lost"].as_u64() > Some(0), "{recording}");
+    let reasons = [&recording["trouble"], &recording["parts"]["gaps"][0]["reason"]];
     assert!(
-        recording["trouble"]
-            .as_str()
-            .is_some_and(|trouble| trouble.contains(error)),
+        reasons
+            .iter()
+            .any(|reason| reason.as_str().is_some_and(|reason| reason.contains(error))),
         "{recording}"
     );
 }

@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use jde_watchdog::Watchdog;
 use serde_json::Value;
 
-use crate::support::{RunOutput, jde_with_plugins, json, output_of, root};
+use crate::support::{RunOutput, jde_with_plugins, json, output_of, root, signal};
 
 /// Two axes of a toy whose listener takes over repeatedly: 12 drives of two seconds.
 const PAIR: &str = r#"
@@ -241,7 +241,7 @@ fn an_interrupted_experiment_keeps_its_results_and_goes_on() {
         .spawn()
         .unwrap();
     wait_for_a_line(&folder.path().join("out/results.jsonl"));
-    interrupt(&child);
+    signal("INT", &child);
     let error = read_to_end(&mut child);
     assert_eq!(child.wait().unwrap().code(), Some(1), "{error}");
     assert!(error.contains("--resume"), "{error}");
@@ -458,7 +458,7 @@ fn watched_tests_run_again_after_a_change() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("collisions > 0", "clearance < 0.4")).unwrap();
     assert!(until("1 failed").is_some());
-    interrupt(&child);
+    signal("INT", &child);
     child.wait().unwrap();
 }
 
@@ -482,12 +482,6 @@ fn children(process: u32) -> Vec<String> {
                 .collect::<Vec<_>>()
         })
         .collect()
-}
-
-fn interrupt(child: &Child) {
-    let id = child.id().to_string();
-    let status = Command::new("kill").args(["-INT", &id]).status().unwrap();
-    assert!(status.success());
 }
 
 fn read_to_end(child: &mut Child) -> String {

@@ -4,7 +4,7 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::Case;
@@ -13,7 +13,7 @@ use jde_records::{DecidedBy, Decision, RunRecord};
 use serde_json::Value;
 
 use crate::attached::{Sandbox, navigation, schema};
-use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair};
+use crate::support::{RunOutput, jde, jde_with_plugins, output_of, pair, signal};
 
 /// Writes an application whose listener imports from the talker of `robot3`.
 fn importer(sandbox: &Sandbox) -> String {
@@ -269,10 +269,7 @@ fn r14_a_recording_by_another_process_starts_when_a_condition_becomes_true() {
     while !is_complete() {
         assert!(recording.try_wait().unwrap().is_none(), "the recording continues");
     }
-    let interrupt = Command::new("kill")
-        .args(["-INT", &recording.id().to_string()])
-        .status();
-    assert!(interrupt.unwrap().success());
+    signal("INT", &recording);
     let mut out = String::new();
     recording.stdout.take().unwrap().read_to_string(&mut out).unwrap();
     assert_eq!(recording.wait().unwrap().code(), Some(0), "{out}");

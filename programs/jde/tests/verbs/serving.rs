@@ -7,7 +7,7 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use jde_watchdog::Watchdog;
 
 use crate::cable::Cable;
-use crate::support::{jde, jde_with_plugins, json, output_of, root};
+use crate::support::{jde, jde_with_plugins, json, output_of, root, signal};
 
 /// A `jde sim` that serves a world. It is killed when dropped.
 struct Server {
@@ -76,12 +76,6 @@ fn until(output: &mut impl BufRead, condition: impl Fn(&str) -> bool) -> String 
             return line;
         }
     }
-}
-
-fn signal(name: &str, process: &Child) {
-    let mut kill = Command::new("kill");
-    kill.args([&format!("-{name}"), &process.id().to_string()]);
-    assert!(kill.status().expect("kill is installed").success());
 }
 
 /// Writes the application of the demonstration with a driver that connects to a robot over TCP.

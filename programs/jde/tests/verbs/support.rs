@@ -2,7 +2,7 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Once, OnceLock};
 
@@ -43,6 +43,13 @@ pub(crate) fn pair() -> String {
 pub(crate) fn json(out: &str) -> Value {
     let line = out.lines().last().expect("there is output");
     serde_json::from_str(line).expect("the last line is JSON")
+}
+
+/// Sends a signal to a process, as in `signal("INT", &child)`.
+pub(crate) fn signal(name: &str, process: &Child) {
+    let mut kill = Command::new("kill");
+    kill.args([&format!("-{name}"), &process.id().to_string()]);
+    assert!(kill.status().expect("kill is installed").success());
 }
 
 /// Returns the root of the checkout.

@@ -14,7 +14,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
 use crate::attached::Sandbox;
-use crate::support::{jde, jde_with_plugins, pair};
+use crate::support::{jde, jde_with_plugins, pair, signal};
 
 /// A full pipe that is not read.
 struct Unread {
@@ -55,9 +55,7 @@ impl Process {
     }
 
     fn signal(&self, name: &str) {
-        let id = self.0.id().to_string();
-        let sent = Command::new("kill").args([&format!("-{name}"), &id]).status();
-        assert!(sent.expect("kill is installed").success());
+        signal(name, &self.0);
     }
 
     /// Waits until the process ends. Returns its exit status.

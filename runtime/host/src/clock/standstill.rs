@@ -15,7 +15,7 @@ const PASSES: Nanos = Nanos::MAX;
 pub(crate) struct Standstill {
     /// The application's time while it stands still.
     frozen: AtomicU64,
-    /// How much time has stood still before, ns.
+    /// How much less time has passed than on the machine, ns. It wraps: steps may pass more.
     lost: AtomicU64,
     /// `None` while it passes.
     still: Mutex<Option<Still>>,
@@ -53,7 +53,7 @@ impl Standstill {
                 return frozen;
             }
             let lost = self.lost.load(Ordering::Acquire);
-            let now = running().saturating_sub(lost);
+            let now = running().wrapping_sub(lost);
             // Otherwise it may have been stopped in between, at an earlier time than this.
             if self.frozen.load(Ordering::Acquire) == PASSES && self.lost.load(Ordering::Acquire) == lost {
                 return now;
@@ -80,8 +80,7 @@ impl Standstill {
         let mut current = self.still.lock();
         if current.take().is_some() {
             let frozen = self.frozen.load(Ordering::Acquire);
-            self.lost
-                .store(running().saturating_sub(frozen), Ordering::Release);
+            self.lost.store(running().wrapping_sub(frozen), Ordering::Release);
             self.frozen.store(PASSES, Ordering::Release);
         }
         drop(current);
@@ -151,5 +150,19 @@ mod tests {
         assert_eq!((still.now(running), still.reason()), (107, None));
         machine.set(160);
         assert_eq!(still.now(running), 117);
+    }
+
+    #[test]
+    fn time_never_goes_back_although_steps_pass_more_time_than_the_machine() {
+        let machine = Cell::new(100);
+        let still = Standstill::default();
+        let running = || machine.get();
+        assert!(still.stop(|| still.now(running), "a reason"));
+        (0..20).for_each(|_| still.step(10));
+        machine.set(105);
+        still.go_on(running);
+        assert_eq!(still.now(running), 300);
+        machine.set(106);
+        assert_eq!(still.now(running), 301);
     }
 }
