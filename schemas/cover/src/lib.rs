@@ -2,16 +2,18 @@
 //! exports a path, and leaves driving to others.
 
 mod memory;
+mod obstacles;
 mod panel;
 mod stroke;
 
 use jde_grid::{
-    Cell, CellSet, Costmap, Floor, Geometry, GeometryError, Inflation, Occupancy, OccupancyGrid as Grid,
-    PlanError, Prices, Unknown, nearest_open, walk,
+    Cell, CellSet, Costmap, Floor, Inflation, Occupancy, OccupancyGrid as Grid, PlanError, Prices, Unknown,
+    nearest_open, walk,
 };
 use jde_schema::prelude::*;
 use jde_schema::types::OccupancyGrid;
 
+use obstacles::{Obstacles, Standpoint};
 use stroke::Driven;
 
 /// A step of the pose that is no motion, m: nothing is covered between both places.
@@ -22,8 +24,9 @@ const SETTLING_TIME: Duration = Duration::from_secs(2);
 /// Exports one path after another, along which a robot covers the floor of a map with a round tool.
 ///
 /// The floor is where the tool comes from all places that the robot can reach. It drives along the contour of these places and along
-/// tracks, each where the tool covers something new, the nearest first. Where a map grows, so does the floor. Where the robot comes no
-/// nearer for `patience`, it takes the place ahead for an obstacle, and the mission says so. The mission is done when nothing is left.
+/// tracks, each where the tool covers something new, the nearest first. Where a map grows, so does the floor. It leads around what `seen`
+/// has and the map does not have. Where the robot comes no nearer for `patience`, it takes the place ahead for an obstacle, and the mission
+/// says so. Before the end it tries once more what it left out. The mission is done when nothing is left.
 #[derive(Describe)]
 #[schema(perceptive, period = "200ms", budget = "400ms")]
 pub struct Cover {
@@ -33,6 +36,9 @@ pub struct Cover {
     /// The estimated pose of the robot, in the frame of the map. One that is not finite counts as none.
     #[import]
     pose: Import<Odometry>,
+    /// The obstacles that sensors see around the robot, in the frame of the map.
+    #[import(optional)]
+    seen: Import<OccupancyGrid>,
     /// Radius of a circle that the robot needs. Nearer to an obstacle it does not go.
     #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0, was = "inscribed")]
     inscribed_radius: Modulation<f64>,
@@ -51,6 +57,9 @@ pub struct Cover {
     /// Time without getting nearer to the next point of the path, after which the place ahead is left out.
     #[modulation(default = 20.0, unit = "s", min = 1.0, max = 3600.0)]
     patience: Modulation<f64>,
+    /// How long an obstacle of `seen` is remembered after it was seen last.
+    #[modulation(default = 300.0, unit = "s", min = 0.0, max = 86400.0)]
+    observation_persistence: Modulation<f64>,
     /// The path: the way to the next stroke, and the stroke.
     #[export]
     path: Export<Path>,
@@ -67,6 +76,7 @@ pub struct Cover {
     /// The area that is covered.
     #[export(unit = "m2", lasting)]
     area: Export<f64>,
+    obstacles: Option<Obstacles>,
     marks: Option<Marks>,
     stroke: Option<Driven>,
     /// The floor as it was at the last plan, with what is left out.
@@ -76,6 +86,8 @@ pub struct Cover {
     /// How much of it is covered, and all of it, m².
     areas: (f64, f64),
     left_out: Vec<(f64, f64)>,
+    /// Whether what was left out was tried once more.
+    has_retried: bool,
     strokes: u32,
     last: Option<Pose2D>,
     /// Since when there has been nothing left to drive.
@@ -84,9 +96,9 @@ pub struct Cover {
     words: String,
 }
 
-/// What a plan depends on, beside what is covered: the number of the map, the cell of the robot, how many places are left out,
-/// and the modulations.
-type Basis = (u64, Option<Cell>, usize, [f64; 4]);
+/// What a plan depends on, beside what is covered: the number of the map, how many cells of what is seen lie over it, the cell of the
+/// robot, how many places are left out, and the modulations.
+type Basis = (u64, usize, Option<Cell>, usize, [f64; 4]);
 
 /// The cells that were covered, and those of the lines that were driven along.
 struct Marks {
@@ -153,20 +165,22 @@ impl Cover {
     fn go_on(&mut self, cx: &Context) -> Result {
         let map = self.map.get(cx).ok_or("there is no map")?;
         let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
-        let geometry = geometry(&map)?;
+        let from = self
+            .last
+            .replace(robot)
+            .filter(|last| last.distance_to(&robot) < JUMP);
+        self.look(cx, &map, &robot, from.is_none())?;
+        let obstacles = self.obstacles.as_ref().ok_or("there is no map")?;
+        let geometry = *obstacles.known().geometry();
         let marks = self.marks.get_or_insert_with(|| Marks {
             covered: CellSet::none(geometry),
             driven: CellSet::none(geometry),
         });
         marks.covered.follow(geometry);
         marks.driven.follow(geometry);
-        let from = self
-            .last
-            .filter(|last| last.distance_to(&robot) < JUMP)
-            .unwrap_or(robot);
+        let from = from.unwrap_or(robot);
         let radius = self.operation_width.get(cx) / 2.0;
         marks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
-        self.last = Some(robot);
         let patience = Duration::from_secs_f64(self.patience.get(cx));
         if let Some(stroke) = &mut self.stroke {
             stroke.advance(&robot, self.tolerance.get(cx), cx.now());
@@ -184,7 +198,7 @@ impl Cover {
                 }
                 self.strokes += 1;
                 self.stroke = None;
-            } else if !is_blocked(&map, &geometry, stroke.ahead(), self.inscribed_radius.get(cx)) {
+            } else if !is_blocked(obstacles, stroke.ahead(), &robot, self.inscribed_radius.get(cx)) {
                 return Ok(());
             }
         }
@@ -196,13 +210,18 @@ impl Cover {
         ];
         let modulations = modulations.map(|modulation| modulation.get(cx));
         let cell = geometry.cell_at((robot.x, robot.y));
-        let basis = (map.sequence(), cell, self.left_out.len(), modulations);
+        let seen = obstacles.over().len();
+        let basis = (map.sequence(), seen, cell, self.left_out.len(), modulations);
         if self.exhausted != Some(basis) {
-            self.plan(cx, &map, geometry, &robot)?;
+            self.plan(cx, &robot)?;
             self.exhausted = self.stroke.is_none().then_some(basis);
         }
         if self.stroke.is_some() {
             (self.settled_since, self.is_done) = (None, false);
+        } else if !self.left_out.is_empty() && !self.has_retried {
+            info!(cx, "tries once more what was left out");
+            self.has_retried = true;
+            self.left_out.clear();
         } else if cx.now() >= *self.settled_since.get_or_insert(cx.now()) + SETTLING_TIME && !self.is_done {
             self.is_done = true;
             info!(cx, "{}", self.situation());
@@ -210,18 +229,61 @@ impl Cover {
         Ok(())
     }
 
-    /// Computes the floor, and plans the next stroke.
-    fn plan(&mut self, cx: &Context, map: &OccupancyGrid, geometry: Geometry, robot: &Pose2D) -> Result {
-        let mut grid = Grid::from_ros(geometry, &map.data)?;
-        let whole = self.floor_around(cx, &grid, robot)?;
-        for cell in self.left_out.iter().filter_map(|&place| geometry.cell_at(place)) {
-            grid.set(cell, Occupancy::Occupied);
+    /// Follows the map and what is seen over it.
+    fn look(
+        &mut self,
+        cx: &Context,
+        map: &Sample<'_, OccupancyGrid>,
+        robot: &Pose2D,
+        jumped: bool,
+    ) -> Result {
+        let mut obstacles = match self.obstacles.take() {
+            Some(obstacles) => obstacles,
+            None => Obstacles::new(map, map.sequence())?,
+        };
+        obstacles.follow(map, map.sequence())?;
+        if jumped {
+            obstacles.forget();
         }
-        let mut floor = if self.left_out.is_empty() {
+        let persistence = Duration::from_secs_f64(self.observation_persistence.get(cx));
+        let from = Standpoint {
+            robot: (robot.x, robot.y),
+            radius: self.inscribed_radius.get(cx),
+            now: cx.now(),
+            since: cx.now().saturating_sub(persistence),
+        };
+        let view = self.seen.get(cx);
+        let frame = self.pose.get(cx).map(|pose| pose.header.frame_id);
+        if view
+            .as_ref()
+            .is_some_and(|view| Some(view.header.frame_id) != frame)
+        {
+            return Err("the obstacles of `seen` are in another frame than the pose".into());
+        }
+        obstacles.look(view.as_ref().map(|view| (view.value(), view.sequence())), &from)?;
+        self.obstacles = Some(obstacles);
+        Ok(())
+    }
+
+    /// Computes the floor, and plans the next stroke.
+    fn plan(&mut self, cx: &Context, robot: &Pose2D) -> Result {
+        let obstacles = self.obstacles.as_ref().ok_or("there is no map")?;
+        let geometry = *obstacles.known().geometry();
+        let whole = self.floor_around(cx, obstacles.known(), robot)?;
+        let is_known = self.left_out.is_empty() && obstacles.over().is_empty();
+        let mut floor = if is_known {
             whole
         } else {
+            let mut grid = obstacles.grid().clone();
+            for cell in self.left_out.iter().filter_map(|&place| geometry.cell_at(place)) {
+                grid.set(cell, Occupancy::Occupied);
+            }
             self.floor = Some(whole);
-            self.floor_around(cx, &grid, robot)?
+            match self.floor_around(cx, &grid, robot) {
+                // What is left out is all around it.
+                Err(_) if !self.left_out.is_empty() => return Ok(()),
+                floor => floor?,
+            }
         };
         let width = self.operation_width.get(cx) / geometry.resolution();
         let tool = core::f64::consts::PI * (width / 2.0).powi(2);
@@ -231,7 +293,7 @@ impl Cover {
             .as_ref()
             .and_then(|marks| floor.next(&marks.covered, &marks.driven, least));
         self.stroke = next.map(|stroke| Driven::new(stroke, &geometry, cx.now()));
-        if self.left_out.is_empty() {
+        if is_known {
             self.floor = Some(floor);
         }
         Ok(())
@@ -285,34 +347,29 @@ impl Cover {
     }
 }
 
-/// Whether the map has an obstacle on a path that was not there when the path was planned: nearer by more than a cell than the
-/// robot may be.
-fn is_blocked(map: &OccupancyGrid, geometry: &Geometry, path: &[(f64, f64)], inscribed: f64) -> bool {
+/// Whether an obstacle is on a path that was not there when the path was planned: nearer by more than a cell than the robot may be.
+/// What is seen that near to the robot itself concerns its driver.
+fn is_blocked(obstacles: &Obstacles, path: &[(f64, f64)], robot: &Pose2D, inscribed: f64) -> bool {
+    let geometry = obstacles.known().geometry();
     let reach = inscribed / geometry.resolution() - 1.0;
     let side = reach.max(0.0) as i32;
-    let is_occupied = |cell: Cell| {
-        let number = map
-            .data
-            .get(geometry.index(cell))
-            .filter(|_| geometry.contains(cell));
-        number.is_some_and(|&number| Occupancy::from_ros(number) == Occupancy::Occupied)
-    };
     let is_clear = |cell: Cell, _: f64| {
+        let (x, y) = geometry.center(cell);
+        let grid = if (x - robot.x).hypot(y - robot.y) < inscribed {
+            obstacles.known()
+        } else {
+            obstacles.grid()
+        };
         let around = (-side..=side).flat_map(|y| (-side..=side).map(move |x| (x, y)));
         let within = around.filter(|&(x, y)| f64::from(x * x + y * y) <= reach * reach);
-        !within.filter_map(|(x, y)| cell.offset(x, y)).any(is_occupied)
+        !within
+            .filter_map(|(x, y)| cell.offset(x, y))
+            .any(|cell| grid.get(cell) == Occupancy::Occupied)
     };
     path.windows(2).any(|pair| {
         let ends = geometry.cell_at(pair[0]).zip(geometry.cell_at(pair[1]));
         ends.is_some_and(|(from, to)| !walk(from, to, is_clear))
     })
-}
-
-/// The geometry of a map with as many cells as it states.
-fn geometry(map: &OccupancyGrid) -> Result<Geometry, GeometryError> {
-    let (info, origin) = (&map.info, Pose2D::from(map.info.origin));
-    let origin = (origin.x, origin.y, origin.theta);
-    Geometry::new(info.width, info.height, info.resolution.into(), origin)?.with_cells(map.data.len())
 }
 
 jde_schema::export!(

@@ -50,7 +50,7 @@ impl Panel for Cover {
         let by = gesture.by();
         if gesture.pressed("again") {
             self.left_out.clear();
-            self.exhausted = None;
+            (self.exhausted, self.has_retried) = (None, false);
             if let Some(marks) = &mut self.marks {
                 marks.driven.clear();
             }
@@ -58,7 +58,7 @@ impl Panel for Cover {
         } else if gesture.pressed("anew") {
             self.left_out.clear();
             (self.marks, self.stroke, self.exhausted) = (None, None, None);
-            self.strokes = 0;
+            (self.strokes, self.has_retried) = (0, false);
             info!(cx, "{by} has all covered anew");
         }
         Ok(())
