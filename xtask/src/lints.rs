@@ -54,14 +54,17 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !context.options.all {
         return Ok(StepOutcome::Passed);
     }
-    for workspace in [BENCHES, FUZZERS] {
+    // The fuzzers include modules whose tests belong to their own crates.
+    for (workspace, targets) in [(BENCHES, &["--all-targets"][..]), (FUZZERS, &["--lib", "--bins"])] {
         // The fuzzers link C++ code, which no other part of the build needs.
         if workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
             println!("{FUZZERS} is omitted: there is no C++ compiler");
             continue;
         }
-        let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
-        cargo.args(["--manifest-path", workspace, "--target-dir"]);
+        let mut cargo = context.cargo(&["clippy", "--workspace"]);
+        cargo
+            .args(targets)
+            .args(["--manifest-path", workspace, "--target-dir"]);
         cargo.arg(&context.target);
         shell::run(cargo.args(["--", "-D", "warnings"]), context.paint)?;
     }

@@ -107,6 +107,7 @@ fn median(scope: &Scope, base: Base, discs: usize) -> f64 {
     let start = Motion {
         pose: [1.5, 2.5, 0.0],
         velocity: [0.4, 0.0, 0.0],
+        lead: [0.0; 3],
     };
     let mut guide = Guide::new();
     guide.follow(start.pose, (0..40).map(|at| (1.5 + 0.04 * at as f32, 2.5)));
