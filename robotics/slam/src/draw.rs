@@ -18,6 +18,9 @@ pub struct MapDrawing {
     drawn: Vec<Pose2D>,
     /// Whether they showed something outside the grid.
     is_cut: bool,
+    /// What the keyframes had lost when the drawing began, and how often some had left.
+    revision: u64,
+    renumbered: u64,
 }
 
 impl MapDrawing {
@@ -41,7 +44,15 @@ impl MapDrawing {
             grid: RollingGrid::around(middle, cells, resolution)?,
             drawn: Vec::new(),
             is_cut: false,
+            revision: slam.revision(),
+            renumbered: slam.renumbered(),
         })
+    }
+
+    /// Returns whether the keyframes have the numbers that they had when it began; else it must begin anew.
+    #[must_use]
+    pub fn is_numbered(&self, slam: &Slam) -> bool {
+        self.renumbered == slam.renumbered()
     }
 
     /// Draws at most so many keyframes. Returns whether there are no others.
@@ -61,13 +72,14 @@ impl MapDrawing {
         self.drawn.len() >= poses.len()
     }
 
-    /// Returns whether the keyframes are still where they were drawn, and all that they show is on the map.
+    /// Returns whether the keyframes are still where they were drawn and show the same, and all of that is on the map.
     #[must_use]
     pub fn is_right(&self, slam: &Slam) -> bool {
         let is_there = |(drawn, pose): (&Pose2D, &Pose2D)| {
             drawn.distance_to(pose) < MOVED.0 && turn_between(drawn, pose) < MOVED.1
         };
-        !self.is_cut && self.drawn.iter().zip(slam.graph().poses()).all(is_there)
+        let is_kept = self.is_numbered(slam) && self.revision == slam.revision();
+        is_kept && !self.is_cut && self.drawn.iter().zip(slam.graph().poses()).all(is_there)
     }
 
     /// Returns how many keyframes are drawn.

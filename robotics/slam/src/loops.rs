@@ -69,6 +69,16 @@ impl Loops {
         found.map_or_else(Vec::new, |edge| self.agreeing(slam, settings, edge))
     }
 
+    /// Takes the new numbers of keyframes, of which some have left.
+    pub(crate) fn renumber(&mut self, numbers: &[Option<usize>]) {
+        self.last = self.last.and_then(|last| numbers[last]);
+        self.waiting.retain_mut(|edge| {
+            let (from, to) = (numbers[edge.from], numbers[edge.to]);
+            (edge.from, edge.to) = (from.unwrap_or(edge.from), to.unwrap_or(edge.to));
+            from.and(to).is_some()
+        });
+    }
+
     /// Returns the matches that say the same as a new one, if they are enough.
     fn agreeing(&mut self, slam: &Slam, settings: &Settings, edge: Edge) -> Vec<Edge> {
         // Matches of one keyframe repeat its error.

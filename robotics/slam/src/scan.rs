@@ -17,7 +17,7 @@ const ALL_AROUND: f64 = 0.97 * core::f64::consts::TAU;
 const DIRECTIONS: usize = 120;
 /// How far beams must go beyond a place to have gone through it, and how far to either side of it they must, m: more than
 /// poses err. Along a wall, a small error of the pose is a large one of the depth.
-const THROUGH: (f32, f32) = (0.3, 0.2);
+pub(crate) const THROUGH: (f32, f32) = (0.3, 0.2);
 
 /// The number of a beam, its length, +∞ if it met nothing, and where it ends, m.
 pub(crate) type End = (usize, f32, (f32, f32));
@@ -60,6 +60,12 @@ pub struct Scan {
     depths: Vec<f32>,
     /// The angle between its first and its last beam, rad.
     view: f64,
+    /// The angle between two beams, rad.
+    increment: f32,
+    /// For each point how many more scans looked through it than met it.
+    pub(crate) doubts: Vec<i8>,
+    /// How many points it has lost.
+    forgotten: usize,
 }
 
 impl Scan {
@@ -98,6 +104,7 @@ impl Scan {
         let mut read = Self {
             mount,
             depths: vec![0.0; DIRECTIONS],
+            increment,
             ..Self::default()
         };
         for &(_, _, end) in ends {
@@ -114,6 +121,7 @@ impl Scan {
                 read.free.push(at);
             }
         }
+        read.doubts = vec![0; read.points.len()];
         read
     }
 
@@ -155,18 +163,50 @@ impl Scan {
         self.view
     }
 
-    /// Whether its beams go through a place in its frame, m; `None` if none of them tells.
-    pub(crate) fn sees_through(&self, place: (f32, f32)) -> Option<bool> {
+    /// Whether its beams go through a place in its frame, m: so far beyond it, and so far to either side of it. `None` if none
+    /// of them tells.
+    pub(crate) fn sees_through(&self, place: (f32, f32), (beyond, beside): (f32, f32)) -> Option<bool> {
         let (direction, length) = polar(place, self.mount);
-        if self.depths.is_empty() || length < THROUGH.1 {
+        if self.depths.is_empty() || length < beside {
             return None;
         }
-        let beside = THROUGH.1 / length * DIRECTIONS as f32 / core::f32::consts::TAU;
+        let beside = beside / length * DIRECTIONS as f32 / core::f32::consts::TAU;
         let beside = libm::ceilf(beside) as usize;
         let first = direction + DIRECTIONS - beside;
         let depths = (first..=first + 2 * beside).map(|at| self.depths[at % DIRECTIONS]);
         let depth = depths.fold(f32::INFINITY, f32::min);
-        (depth > 0.0 && length < depth + THROUGH.0).then_some(length < depth - THROUGH.0)
+        (depth > 0.0 && length < depth + beyond).then_some(length < depth - beyond)
+    }
+
+    /// The angle between two beams, rad.
+    pub(crate) const fn increment(&self) -> f32 {
+        self.increment
+    }
+
+    /// A place as it is seen from the laser, m.
+    pub(crate) fn ray_to(&self, place: (f32, f32)) -> (f32, f32) {
+        (place.0 - self.mount.0, place.1 - self.mount.1)
+    }
+
+    /// Takes away the points that are gone: the beams that met them are free as far as that.
+    pub(crate) fn forget(&mut self, is_gone: impl Fn(&SurfacePoint) -> bool) {
+        let mut kept = 0;
+        for at in 0..self.points.len() {
+            if is_gone(&self.points[at]) {
+                self.free.push(self.points[at].at);
+                continue;
+            }
+            (self.points[kept], self.doubts[kept]) = (self.points[at], self.doubts[at]);
+            kept += 1;
+        }
+        self.forgotten += self.points.len() - kept;
+        self.points.truncate(kept);
+        self.doubts.truncate(kept);
+    }
+
+    /// The share of its points that it has lost.
+    pub(crate) fn forgotten_share(&self) -> f64 {
+        self.forgotten as f64 / (self.forgotten + self.points.len()).max(1) as f64
     }
 
     /// Returns whether it has enough points to say where a robot is.

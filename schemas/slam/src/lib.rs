@@ -250,7 +250,7 @@ impl Slam {
         let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
         let is_lost = |seen| cx.now().saturating_sub(seen) > patience;
         let full = if self.slam.scans().len() >= self.keyframes.keyframes.get(cx) as usize {
-            "; it has as many `keyframes` as it may, and keeps no more"
+            "; it has as many `keyframes` as it may, none of them close to another, and keeps no more"
         } else {
             ""
         };
@@ -367,8 +367,8 @@ impl Slam {
 
     /// Whether the map shows what its file does not.
     fn is_worth_saving(&self, cx: &Context) -> bool {
-        let is_grown = self.slam.scans().len() > self.slam.given();
-        !self.map_file.map_file_name.get(cx).is_empty() && is_grown && self.drawn.is_unsaved()
+        let is_other = self.slam.scans().len() > self.slam.given() || self.slam.revision() > 0;
+        !self.map_file.map_file_name.get(cx).is_empty() && is_other && self.drawn.is_unsaved()
     }
 
     /// Has the map saved as it is now.

@@ -6,7 +6,7 @@ use jde_schema::prelude::*;
 use jde_slam::{MapDrawing, Slam};
 
 /// The most keyframes that are drawn in one iteration.
-const KEYFRAMES_PER_ITERATION: usize = 4;
+const KEYFRAMES_PER_ITERATION: usize = 16;
 /// The largest side of a cell, m: that of the parameter.
 const MAX_RESOLUTION: f64 = 1.0;
 
@@ -40,7 +40,8 @@ impl Map {
         if slam.scans().is_empty() {
             return Ok(None);
         }
-        if let Some(shown) = &mut self.shown {
+        self.next = self.next.take().filter(|next| next.is_numbered(slam));
+        if let Some(shown) = self.shown.as_mut().filter(|shown| shown.is_numbered(slam)) {
             let drawn = shown.drawn();
             shown.advance(slam, KEYFRAMES_PER_ITERATION);
             self.changes += u64::from(shown.drawn() != drawn);

@@ -43,7 +43,7 @@ pub(crate) struct ScanReading {
 /// Which scans are kept.
 #[derive(PortBundle)]
 pub(crate) struct Keyframes {
-    /// The most scans that are kept, as keyframes.
+    /// The most scans that are kept, as keyframes. Those that are closest to others leave when there are so many.
     #[modulation(default = 4000, min = 2, max = 20_000)]
     pub(crate) keyframes: Modulation<u32>,
     /// Distance from every keyframe at which a scan becomes a keyframe.

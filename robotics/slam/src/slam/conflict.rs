@@ -3,7 +3,7 @@
 use jde_types::Pose2D;
 
 use super::{Anchor, JOINED, Slam, placed, thin};
-use crate::scan::Scan;
+use crate::scan::{Scan, THROUGH};
 
 /// How many points of a scan, and how many known ones, are compared.
 const COMPARED: (usize, usize) = (60, 200);
@@ -30,8 +30,9 @@ impl Slam {
                 continue;
             }
             let at = placed(&robot, point.at);
-            let looks =
-                |&keyframe: &usize| self.scans[keyframe].sees_through(seen_from(&poses[keyframe], at));
+            let looks = |&keyframe: &usize| {
+                self.scans[keyframe].sees_through(seen_from(&poses[keyframe], at), THROUGH)
+            };
             if keyframes.iter().filter_map(looks).any(|through| through) {
                 differ += 1.0;
             }
@@ -40,7 +41,7 @@ impl Slam {
         (agree, differ) = (0.0, 0.0);
         for point in thin(surface.points(), COMPARED.1) {
             let at = (f64::from(point.at.0), f64::from(point.at.1));
-            match scan.sees_through(seen_from(&anchor.pose, at)) {
+            match scan.sees_through(seen_from(&anchor.pose, at), THROUGH) {
                 Some(true) => differ += 1.0,
                 Some(false) => agree += 1.0,
                 None => {}

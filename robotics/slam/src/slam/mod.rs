@@ -3,6 +3,8 @@
 //! Long because a scan reads and writes one state at each step: the anchor, its certainty and covariances.
 
 mod conflict;
+mod forget;
+mod full;
 mod settings;
 mod state;
 
@@ -15,6 +17,7 @@ use crate::matrix::{Matrix, ZERO, add, diagonal, invert, product, transpose};
 use crate::scan::Scan;
 use crate::surface::Surface;
 
+use forget::Motion;
 pub use settings::Settings;
 use state::Certainty;
 pub use state::State;
@@ -77,6 +80,11 @@ pub struct Slam {
     /// The surfaces around the anchor's keyframe, in its frame.
     surface: Option<Surface>,
     loops: Loops,
+    /// How often points were taken away, and keyframes replaced; and how often keyframes left.
+    revision: u64,
+    renumbered: u64,
+    /// How far keyframes are apart since the first left, m.
+    spacing: f64,
 }
 
 impl Slam {
@@ -261,6 +269,9 @@ impl Slam {
             }
             let share = self.surface(&anchor).share(scan.points(), &anchor.pose);
             if share >= settings.share {
+                if share >= settings.loop_share {
+                    self.forget(&anchor, scan, Motion::Standing);
+                }
                 return State::Fits(share);
             }
         }
@@ -294,11 +305,23 @@ impl Slam {
         let (way, turn) = (libm::hypot(anchor.pose.x, anchor.pose.y), anchor.pose.theta.abs());
         let most = settings.keyframe.1.min(TURNED_VIEW * scan.view());
         let is_turned = turn >= most && !self.scans[anchor.keyframe].is_all_around();
-        let is_new = way >= settings.keyframe.0 || is_turned;
+        // A match that few points support says where the robot is, and not that all others are gone.
+        if was_sure && !is_unseen && share >= settings.loop_share {
+            self.forget(&anchor, scan, Motion::Moved);
+            if self.renew(settings, &anchor, scan) {
+                self.set_anchor(Anchor {
+                    pose: Pose2D::ORIGIN,
+                    ..anchor
+                });
+                return State::Fits(share);
+            }
+        }
+        let is_new = way >= self.spacing(settings) || is_turned;
         // A match far around may be wrong by chance: what it says is kept when the next one agrees.
         let is_kept = was_sure && (is_new || is_unseen || self.is_beyond(settings, &anchor, share));
         if is_kept && self.scans.len() < settings.most {
             self.keep(settings, &anchor, scan, &information);
+            self.make_room(settings);
         }
         if is_unseen {
             State::New(share)
@@ -411,6 +434,16 @@ impl Slam {
 
     /// The keyframes near a place that edges lead to from one of them, over others that are near; the nearest first.
     pub(crate) fn around(&self, keyframe: usize, place: &Pose2D, most: usize) -> Vec<usize> {
+        let mut found = self.linked(keyframe, place, MATCHED_KEYFRAME_DISTANCE);
+        if found.len() > most {
+            found.sort_by(|&a, &b| self.distance(a, place).total_cmp(&self.distance(b, place)));
+            found.truncate(most);
+        }
+        found
+    }
+
+    /// The keyframes nearer to a place than so many metres that edges lead to from one of them, over others that are.
+    fn linked(&self, keyframe: usize, place: &Pose2D, distance: f64) -> Vec<usize> {
         let poses = self.graph.poses();
         let mut found = vec![keyframe];
         let mut is_seen = vec![false; poses.len()];
@@ -419,15 +452,11 @@ impl Slam {
         while let Some(&from) = found.get(next) {
             next += 1;
             for &to in &self.near[from] {
-                if !is_seen[to] && poses[to].distance_to(place) < MATCHED_KEYFRAME_DISTANCE {
+                if !is_seen[to] && poses[to].distance_to(place) < distance {
                     is_seen[to] = true;
                     found.push(to);
                 }
             }
-        }
-        if found.len() > most {
-            found.sort_by(|&a, &b| self.distance(a, place).total_cmp(&self.distance(b, place)));
-            found.truncate(most);
         }
         found
     }

@@ -1,5 +1,7 @@
 //! Robots whose odometry drifts, in worlds that they do not know.
 
+use core::f64::consts::PI;
+
 use jde_types::LaserScan;
 
 use super::*;
@@ -153,12 +155,146 @@ fn rooms_that_look_alike_are_not_joined() {
 }
 
 #[test]
-fn a_full_map_takes_no_more_keyframes() {
+fn in_a_full_map_keyframes_that_are_close_together_leave() {
     let mut robot = around();
-    robot.settings.most = 5;
+    robot.settings.most = 16;
+    for _ in 0..4 {
+        robot.drive(12.0, core::f64::consts::FRAC_PI_2);
+        robot.drive(10.0, core::f64::consts::FRAC_PI_2);
+        assert!(robot.slam.scans().len() <= 16, "{}", robot.slam.scans().len());
+    }
+    robot.settle();
+    assert!(robot.error() < 0.2, "{} m", robot.error());
+    // Without one that may leave, there are as many as there may be.
+    let mut robot = around();
+    robot.settings.most = 2;
     robot.drive(6.0, 0.0);
-    assert_eq!(robot.slam.scans().len(), 5);
+    assert!(robot.slam.scans().len() <= 2);
+}
+
+/// How many cells of the map are occupied around a place.
+fn occupied_around(slam: &Slam, (x, y): (f64, f64), radius: f64) -> usize {
+    let mut drawing = crate::MapDrawing::new(slam, 0.05, 1.0).expect("a small building");
+    assert!(drawing.advance(slam, usize::MAX));
+    let geometry = *drawing.geometry();
+    let mut cells = vec![0; geometry.cells()];
+    drawing.write_ros(&mut cells);
+    let is_near = |&at: &usize| {
+        let center = geometry.center(geometry.cell(at));
+        libm::hypot(center.0 - x, center.1 - y) < radius
+    };
+    (0..cells.len())
+        .filter(is_near)
+        .filter(|&at| cells[at] > 0)
+        .count()
+}
+
+/// Two rooms, and a person in the door between them, who goes.
+#[test]
+fn a_person_who_stood_in_a_door_leaves_the_map_and_its_walls_stay() {
+    let mut world = World::default().with_box((0.0, 0.0), (10.0, 6.0));
+    // Legs of a table, 4 cm wide, and the wall with the door.
+    for (x, y) in [(2.0, 4.5), (2.6, 4.5), (7.5, 1.5), (8.2, 4.0)] {
+        world = world.with_box((x, y), (x + 0.04, y + 0.04));
+    }
+    world
+        .0
+        .extend([((5.0, 0.0), (5.0, 2.5)), ((5.0, 3.4), (5.0, 6.0))]);
+    let empty = world.0.len();
+    let mut robot = Robot::new(
+        world.with_box((4.85, 2.8), (5.15, 3.15)),
+        Pose2D::new(1.0, 3.0, 0.0),
+    );
+    robot.drive(3.0, PI);
+    let keyframes = robot.slam.scans().len();
+    assert!(
+        occupied_around(&robot.slam, (5.0, 2.97), 0.2) > 3,
+        "it is on the map"
+    );
+    robot.world.0.truncate(empty);
+    robot.drive(2.5, -PI);
+    assert_eq!(occupied_around(&robot.slam, (5.0, 2.97), 0.2), 0, "it has gone");
+    assert!(
+        robot.slam.scans().len() <= keyframes + 1,
+        "although no scan became a keyframe"
+    );
+    // For hours the robot goes to and fro: walls and legs stay.
+    for _ in 0..40 {
+        robot.drive(7.5, PI);
+        robot.drive(7.5, -PI);
+    }
+    robot.settle();
     assert!(robot.error() < 0.1, "{} m", robot.error());
+    for (place, radius) in [
+        ((5.0, 1.0), 0.2),
+        ((5.0, 2.4), 0.1),
+        ((5.0, 5.0), 0.2),
+        ((3.0, 0.0), 0.2),
+        ((8.0, 6.0), 0.2),
+        ((2.02, 4.52), 0.12),
+        ((2.62, 4.52), 0.12),
+        ((7.52, 1.52), 0.12),
+        ((8.22, 4.02), 0.12),
+    ] {
+        assert!(occupied_around(&robot.slam, place, radius) > 0, "{place:?}");
+    }
+}
+
+#[test]
+fn a_keyframe_that_has_lost_much_is_replaced_by_what_is_there_now() {
+    let mut robot = Robot::new(World::room(1), Pose2D::new(-1.0, -1.0, 0.0));
+    let round = |robot: &mut Robot| (0..4).for_each(|_| robot.drive(2.0, core::f64::consts::FRAC_PI_2));
+    round(&mut robot);
+    let furniture = robot.world.0.split_off(4);
+    (0..6).for_each(|_| round(&mut robot));
+    assert!(robot.error() < 0.1, "{} m", robot.error());
+    for &((x, y), to) in &furniture {
+        let middle = (f64::midpoint(x, to.0), f64::midpoint(y, to.1));
+        if middle.0.abs() > 3.7 || middle.1.abs() > 2.7 {
+            continue;
+        }
+        assert_eq!(occupied_around(&robot.slam, middle, 0.05), 0, "{middle:?}");
+    }
+    let before = robot.slam.revision();
+    round(&mut robot);
+    assert_eq!(robot.slam.revision(), before, "nothing is left to forget");
+    let most = robot
+        .slam
+        .scans()
+        .iter()
+        .map(Scan::forgotten_share)
+        .fold(0.0, f64::max);
+    assert!(most < 0.15, "{most} of the points of a keyframe were lost");
+}
+
+/// A room whose furniture changes again and again.
+#[test]
+fn a_room_that_is_changed_for_hours_takes_no_more_memory_and_the_pose_is_right() {
+    let mut robot = Robot::new(World::room(1), Pose2D::new(-1.0, -1.0, 0.0));
+    let mut most = (0, 0);
+    let sizes = |slam: &Slam| (slam.scans().len(), slam.graph().edges().len());
+    for round in 0..60 {
+        // Of the furniture, one piece is somewhere else.
+        let walls = &mut robot.world.0;
+        let piece = 4 + 4 * (round % 5);
+        let other = World::room(2 + round as u64).0;
+        walls[piece..piece + 4].copy_from_slice(&other[piece..piece + 4]);
+        for _ in 0..4 {
+            robot.drive(2.0, core::f64::consts::FRAC_PI_2);
+        }
+        assert!(robot.error() < 0.15, "{} m in round {round}", robot.error());
+        if round == 10 {
+            most = sizes(&robot.slam);
+        }
+    }
+    robot.settle();
+    let (keyframes, edges) = sizes(&robot.slam);
+    assert!(
+        keyframes <= most.0 + 3 && edges <= most.1 + 30,
+        "{most:?} became {keyframes}, {edges}"
+    );
+    let shown = |scan: &Scan| scan.points().len() + scan.free().len();
+    assert!(robot.slam.scans().iter().all(|scan| shown(scan) <= 180));
 }
 
 #[test]

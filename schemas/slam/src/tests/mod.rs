@@ -18,6 +18,11 @@ fn is_in([left, low, right, high]: [f64; 4], x: f64, y: f64) -> bool {
 
 /// What a laser sees from here: a beam every two degrees.
 fn scan(pose: &Pose2D) -> LaserScan {
+    scan_beside(pose, &[PILLAR])
+}
+
+/// The same with other things in the room.
+fn scan_beside(pose: &Pose2D, things: &[[f64; 4]]) -> LaserScan {
     let mut scan = LaserScan {
         angle_increment: 2_f32.to_radians(),
         range_min: 0.05,
@@ -29,7 +34,7 @@ fn scan(pose: &Pose2D) -> LaserScan {
         let way = |step: u32| f64::from(step) * 0.005;
         let is_free = |way: &f64| {
             let (x, y) = (pose.x + way * cos, pose.y + way * sin);
-            is_in(ROOM, x, y) && !is_in(PILLAR, x, y)
+            is_in(ROOM, x, y) && !things.iter().any(|thing| is_in(*thing, x, y))
         };
         let hit = (0..2000)
             .map(way)
@@ -183,6 +188,32 @@ fn the_map_shows_the_walls_and_the_pillar_where_they_are() {
         near(4.3, 1.2).contains(&-1),
         "nobody saw the inside of the pillar"
     );
+}
+
+#[test]
+fn a_person_who_has_gone_leaves_the_map() {
+    let person = [2.8, 2.2, 3.2, 2.5];
+    let mut robot = Robot::new();
+    let drive = |robot: &mut Robot, things: &[[f64; 4]]| {
+        for ahead in core::iter::once(0.0).chain([0.06; 70]) {
+            robot.go(ahead, ahead / 0.6);
+            let laser = scan_beside(&robot.truth, things);
+            robot.look(&laser);
+        }
+        let map: &OccupancyGrid = robot.bench.exported_in_place("map").expect("a map");
+        let origin = Pose2D::from(map.info.origin);
+        let resolution = f64::from(map.info.resolution);
+        let is_there = |&at: &usize| {
+            let (column, row) = (at % map.info.width as usize, at / map.info.width as usize);
+            let at = |origin: f64, cell: usize| origin + (cell as f64 + 0.5) * resolution;
+            is_in([2.7, 2.1, 3.3, 2.6], at(origin.x, column), at(origin.y, row))
+        };
+        let cells = (0..map.data.len()).filter(is_there);
+        cells.filter(|&at| map.data[at] == 100).count()
+    };
+    assert!(drive(&mut robot, &[PILLAR, person]) > 5, "it is on the map");
+    assert_eq!(drive(&mut robot, &[PILLAR]), 0, "it has gone");
+    robot.is_right();
 }
 
 #[test]

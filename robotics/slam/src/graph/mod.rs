@@ -1,6 +1,8 @@
 //! A graph of poses and of what is measured between them, and the poses that fit best: Levenberg and Marquardt's method,
 //! at most an iteration a call.
 
+mod removal;
+
 use jde_types::{Pose2D, normalize_angle};
 
 use crate::matrix::{
