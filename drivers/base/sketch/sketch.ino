@@ -1,5 +1,5 @@
 // A base for jde: two motors with encoders, at an Arduino (AVR) or an ESP32. The protocol, and what each number does:
-// docs/drivers/base.md. Measure your robot, fill in what is marked FILL IN, and load this folder as it is.
+// docs/drivers/base.md of jde. Measure your robot, fill in what is marked FILL IN, and load this folder as it is.
 //
 // Lift the robot before its first command: a wheel whose encoder counts backwards is stopped only after half a second.
 

@@ -9,8 +9,11 @@ use std::time::Instant;
 
 use jde_device::emulate::Emulator;
 
-/// The sources of the program.
-const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/host/board.cpp");
+/// The sources of the program, also for tests of other crates in a folder of folders.
+const SOURCES: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../drivers/base/tests/host/board.cpp"
+);
 
 /// A board and its model.
 pub(crate) struct Board {

@@ -123,6 +123,9 @@ fn the_exports_of_a_board_lost_behind_a_serial_server_are_retracted_and_its_odom
 fn a_driver_that_sleeps_or_is_dropped_leaves_a_base_that_stands() {
     for sleeps in [true, false] {
         let (device, port) = wired("differential", "kit-07");
+        // The line stays open, so that the board goes on.
+        let path = port.trim_start_matches("serial:").trim_end_matches("@115200");
+        let line = fs::File::open(path).expect("a line");
         let mut driver = driver(&port);
         until_connected(&mut driver);
         drive(&mut driver, Twist::planar(0.4, 0.0), |bench| x(bench) > 0.2);
@@ -130,8 +133,7 @@ fn a_driver_that_sleeps_or_is_dropped_leaves_a_base_that_stands() {
             driver.bench.sleep().expect("it sleeps");
             assert_eq!(driver.bench.exported_at("odometry"), None);
         }
-        // Without a driver, nothing is sent any more: the watchdog stops the base. The line stays open.
-        let line = fs::File::open(port.trim_start_matches("serial:").trim_end_matches("@115200"));
+        // Without a driver, nothing is sent any more: the watchdog stops the base.
         drop(driver);
         while device.with(|wired| wired.board.truth.speeds[0]) > 0.001 {
             std::thread::yield_now();

@@ -3,6 +3,8 @@
 #[cfg(test)]
 pub(crate) mod emulator;
 pub(crate) mod frame;
+#[cfg(test)]
+mod frame_tests;
 pub(crate) mod session;
 
 use jde_device::inspect_port;

@@ -4,6 +4,7 @@
 
 mod kind;
 mod name;
+mod real_robot;
 mod robot;
 mod world;
 
@@ -19,6 +20,7 @@ use crate::failure::{self, Failure};
 use name::Name;
 
 pub(crate) use kind::TemplateKind;
+pub(crate) use real_robot::{BASES, Driver, LASERS, write_real_robot};
 pub(crate) use robot::write_robot;
 pub(crate) use world::write_world;
 

@@ -9,6 +9,7 @@ mod cplusplus;
 mod damaged;
 mod demo;
 mod disk;
+mod evening;
 mod exhausted;
 mod experimenting;
 mod hostile;

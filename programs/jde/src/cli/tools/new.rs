@@ -29,7 +29,8 @@ use crate::new::{self, TemplateKind};
   jde new world cave --from stage/simple.world
   jde new world office --from office.yaml            a ROS map
   jde new robot trolley
-  jde new robot my-pioneer --from pioneer-3dx"
+  jde new robot my-pioneer --from pioneer-3dx
+  jde new robot kit --driver base/serial --laser lidar/ld      a real one"
 )]
 pub(crate) struct New {
     #[command(subcommand)]
@@ -91,13 +92,21 @@ enum What {
         #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, requires = "from")]
         models: Vec<PathBuf>,
     },
-    /// A robot for the simulator: a small one, or a copy of a shipped one.
+    /// A robot for the simulator: a small one, or a copy of a shipped one. Or an application of a real robot.
     Robot {
         #[command(flatten)]
         name: Name,
         /// Copy this shipped robot.
         #[arg(long, value_name = "ROBOT", value_parser = PossibleValuesParser::new(SHIPPED_ROBOTS.map(|(name, _)| name)))]
         from: Option<String>,
+        /// Write an application of a real robot instead, with this driver of its base.
+        #[arg(long, value_name = "TYPE", value_parser = PossibleValuesParser::new(new::BASES.map(|base| base.name)))]
+        #[arg(requires = "laser", conflicts_with = "from")]
+        driver: Option<String>,
+        /// The driver of the real robot's lidar.
+        #[arg(long, value_name = "TYPE", value_parser = PossibleValuesParser::new(new::LASERS.map(|laser| laser.name)))]
+        #[arg(requires = "driver")]
+        laser: Option<String>,
     },
 }
 
@@ -146,7 +155,22 @@ impl New {
             What::World { name, from, models } => {
                 return new::write_world(&name.name, from.as_deref(), &models, &self.path);
             }
-            What::Robot { name, from } => return new::write_robot(&name.name, from.as_deref(), &self.path),
+            What::Robot {
+                name,
+                from,
+                driver,
+                laser,
+            } => {
+                let find = |all: &[new::Driver], name: Option<&str>| {
+                    all.iter().copied().find(|driver| Some(driver.name) == name)
+                };
+                let base = find(&new::BASES, driver.as_deref());
+                let laser = find(&new::LASERS, laser.as_deref());
+                return match base.zip(laser) {
+                    Some((base, laser)) => new::write_real_robot(&name.name, &base, &laser, &self.path),
+                    None => new::write_robot(&name.name, from.as_deref(), &self.path),
+                };
+            }
         };
         new::write(kind, &name, &self.path)
     }
