@@ -47,19 +47,18 @@ jde::Settings settings() {
 
 volatile int32_t counts[2] = {0, 0};
 
-void count(uint8_t wheel) {
+#ifndef IRAM_ATTR
+#define IRAM_ATTR  // an ESP32 keeps interrupts' code in its memory
+#endif
+
+void IRAM_ATTR count(uint8_t wheel) {
   const Pins &pins = kPins[wheel];
   const bool forward = (digitalRead(pins.encoder_a) == digitalRead(pins.encoder_b)) != kEncoderReversed[wheel];
   counts[wheel] = counts[wheel] + (forward ? 1 : -1);
 }
 
-#ifdef ESP32
 void IRAM_ATTR count_left() { count(0); }
 void IRAM_ATTR count_right() { count(1); }
-#else
-void count_left() { count(0); }
-void count_right() { count(1); }
-#endif
 
 class Hardware : public jde::Io {
  public:

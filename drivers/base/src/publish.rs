@@ -81,7 +81,7 @@ impl Serial {
     /// Publishes what the motors are led to by a command that counts from now on.
     pub(crate) fn publish_setpoint(&mut self, cx: &Context, wanted: Twist) {
         let Some(hello) = &self.state.hello else { return };
-        if hello.dynamics.check().is_ok() {
+        if self.state.has_exports && hello.dynamics.check().is_ok() {
             let strives = self.state.setpoint.update(cx.now(), wanted, &hello.dynamics);
             self.setpoint.write(cx, strives);
         }

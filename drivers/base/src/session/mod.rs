@@ -349,7 +349,7 @@ impl BaseSession {
                 "it sends lines, and no reply to `?`: is its RX wired to the adapter's TX?"
             }
             Phase::Known(_) => {
-                "its lines are old or say nothing of its state: is the line too slow for them?"
+                "its lines are old, or say nothing of its state: is the line too slow for them, or is its clock slow?"
             }
         };
         Some(reason.to_owned())

@@ -45,7 +45,7 @@ impl Rest {
         let end = since.max(running) + GRACE + Duration::try_from_secs_f64(stop).unwrap_or_default();
         let turn = twist.angular.z.abs();
         (now > end).then(|| {
-            format!("its wheels run although they must stand: {speed:.2} m/s, {turn:.2} rad/s; cut its power")
+            format!("its wheels run although they must stand: {speed:.2} m/s, {turn:.2} rad/s; if nobody pushes it, cut its power")
         })
     }
 }
