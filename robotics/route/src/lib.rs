@@ -43,7 +43,10 @@ pub struct Terms<'call> {
 /// The progress through the targets.
 #[derive(Debug, Default)]
 pub struct Targets {
+    /// Targets of the route that were reached.
     reached: u32,
+    /// Chosen targets that were reached, which are none of the route.
+    chosen_reached: u32,
     /// Targets of the route that counted as out of reach.
     skipped: u32,
     progress: Progress,
@@ -170,7 +173,11 @@ impl Targets {
         let ended = self.ended.as_ref().filter(|_| target.is_none());
         let mission = Mission {
             state: ended.map_or_else(|| self.state(terms, target), |ended| ended.state),
-            reached: self.reached,
+            reached: if terms.route.poses.is_empty() {
+                self.chosen_reached
+            } else {
+                self.reached
+            },
             total: Self::total(terms),
             target: ended.map_or(target.unwrap_or_default(), Ended::pose),
             distance: target.map_or(0.0, |target| pose.distance_to(&target)),
@@ -287,16 +294,17 @@ impl Targets {
         let Pose2D { x, y, .. } = target;
         if let Some(TargetRequest { operator, .. }) = self.request.take() {
             info!(cx, "reached the target of {operator} at {x:.2}, {y:.2}");
+        } else if let Some(chosen) = terms.chosen {
+            self.chosen_reached += 1;
+            info!(cx, "reached the chosen target at {x:.2}, {y:.2}");
+            self.end(chosen, Mission::DONE, "");
         } else {
             let pause = Duration::try_from_secs_f64(terms.pause).unwrap_or_default();
-            if terms.chosen.is_none() && !pause.is_zero() && !self.is_passed(terms) {
+            if !pause.is_zero() && !self.is_passed(terms) {
                 self.waits_until = Some(cx.now() + pause);
             }
             self.reached += 1;
             info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
-            if let Some(chosen) = terms.chosen {
-                self.end(chosen, Mission::DONE, "");
-            }
         }
     }
 }

@@ -12,6 +12,7 @@ impl Targets {
         saving.put_all(&positions);
         saving.put_text(self.request.as_ref().map_or("", |request| &request.operator));
         saving.put(&self.skipped);
+        saving.put(&self.chosen_reached);
     }
 
     /// Restores what [`Self::save`] saved.
@@ -23,8 +24,9 @@ impl Targets {
         let position = saved.take_all()?.into_iter().next();
         let operator = saved.take_text()?.to_owned();
         self.request = position.map(|position| TargetRequest { position, operator });
-        // Earlier builds did not save this number.
+        // Earlier builds did not save these numbers.
         self.skipped = saved.take().unwrap_or_default();
+        self.chosen_reached = saved.take().unwrap_or_default();
         Ok(())
     }
 }

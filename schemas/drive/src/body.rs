@@ -143,6 +143,11 @@ impl Body {
         &self.travel
     }
 
+    /// How often the odometry jumped: what was seen before is elsewhere.
+    pub(crate) const fn jumps(&self) -> u64 {
+        self.history.jumps()
+    }
+
     /// Where the base was while the last scan was taken.
     pub(crate) const fn sweep(&self) -> Option<&Sweep> {
         self.sweep.as_ref()

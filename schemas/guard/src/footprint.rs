@@ -154,6 +154,7 @@ impl Footprint {
                 &robot,
                 (outline, margin),
                 (laser.sequence(), laser.time()),
+                self.history.jumps(),
                 || (sensor, sweep.rays(&laser, &mount)),
             )
             .map_err(|_| "the pose is not finite")?;

@@ -8,16 +8,15 @@ use jde_schema::types::{Point2D, Pose2D};
 
 /// Side of a cell, m: about the error of a scanner and of the odometry over a few seconds.
 const RESOLUTION: f64 = 0.05;
-/// How far the pose may move between two scans, m. No robot of this size moves so far; a pose that does was
-/// set anew, and nothing is known around it.
-const MAX_STEP: f64 = 1.0;
 
 /// What is known around the robot, in the frame of the pose.
 pub(crate) struct Memory {
     grid: RollingGrid,
     reach: f64,
-    /// The last pose, and the number of the last scan.
-    last: Option<(Pose2D, u64)>,
+    /// The number of the last scan.
+    last: Option<u64>,
+    /// The jumps of the pose until now: nothing is known around it after one.
+    jumps: u64,
 }
 
 impl Memory {
@@ -29,25 +28,28 @@ impl Memory {
             grid: RollingGrid::new(side, RESOLUTION)?,
             reach,
             last: None,
+            jumps: 0,
         })
     }
 
-    /// Adds the scan with this number and time, once: where the sensor was, and its rays. What the robot stands on is free.
+    /// Adds the scan with this number and time, once, after so many jumps of the pose: where the sensor was, and its rays. What the robot stands on is free.
     /// When it is new here, a circle around it is free too, in which it can turn with `margin` to spare.
     pub(crate) fn observe<R: Iterator<Item = (Point2D, bool)>>(
         &mut self,
         robot: &Pose2D,
         (outline, margin): (&Outline, f64),
         (number, time): (u64, Duration),
+        jumps: u64,
         seen: impl FnOnce() -> (Pose2D, R),
     ) -> Result<(), GeometryError> {
         let at = (robot.x, robot.y);
-        if (self.last.as_ref()).is_some_and(|(last, _)| last.distance_to(robot) > MAX_STEP) {
+        if self.jumps != jumps {
             *self = Self::new(self.reach)?;
+            self.jumps = jumps;
         }
         self.grid.follow(at)?;
-        let last = self.last.replace((*robot, number));
-        if last.is_none_or(|(_, last)| last != number) {
+        let last = self.last.replace(number);
+        if last != Some(number) {
             let (sensor, rays) = seen();
             let rays = rays.map(|(end, hit)| Ray {
                 end: (end.x, end.y),

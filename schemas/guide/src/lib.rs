@@ -10,16 +10,13 @@ mod task;
 mod wait;
 mod wave;
 
-use jde_motion::arc;
+use jde_motion::OdometryHistory;
 use jde_schema::prelude::*;
 use jde_schema::types::{BatteryState, ColorBlob, ColorBlobs, Persons};
 
 use charge::{Charge, Step};
 use task::{Task, outcome};
 use wave::Wave;
-
-/// The most time between a picture and the odometry that the velocity bridges, s.
-const MAX_EXTRAPOLATION: f64 = 0.5;
 
 pub use rooms::{Room, Rooms};
 
@@ -142,6 +139,10 @@ pub struct Guide {
     patrolling: Task,
     charge: Charge,
     wave: Wave,
+    /// Where the robot was when pictures were taken.
+    history: OdometryHistory,
+    /// Whether the time of the pictures says nothing, which the log says once.
+    is_untimely: bool,
     /// The room that is led to.
     led_to: Option<Room>,
     /// The sequence number of the last request for a room; `None` before the first iteration.
@@ -319,6 +320,10 @@ impl Guide {
         if self.following.is_stuck(cx, &self.follow, patience) {
             self.following.end(cx, false, "the person is not there");
         }
+        let odometry = self.odometry.get(cx);
+        if let Some(odometry) = &odometry {
+            self.history.add(odometry.time(), odometry);
+        }
         let color = self.color.get(cx);
         let Some(blobs) = self.blobs.get(cx) else { return };
         let is_wave = |blob: &&ColorBlob| blob.color == color;
@@ -328,16 +333,19 @@ impl Guide {
         {
             return;
         }
-        let (Some(odometry), Some(persons)) = (self.odometry.get(cx), self.persons.get(cx)) else {
+        let (Some(_), Some(persons)) = (odometry, self.persons.get(cx)) else {
             return;
         };
-        // Where the robot was when the picture was taken.
-        let since = blobs.time().as_secs_f64() - odometry.time().as_secs_f64();
-        let motion = arc(
-            &odometry.twist.twist,
-            since.clamp(-MAX_EXTRAPOLATION, MAX_EXTRAPOLATION),
-        );
-        let robot = odometry.pose2d().transform(&motion);
+        let robot = match self.history.base("pictures", blobs.time(), cx.now()) {
+            Ok(robot) => robot,
+            Err(words) => {
+                if !core::mem::replace(&mut self.is_untimely, true) {
+                    warn!(cx, "cannot tell who waves: {words}");
+                }
+                return;
+            }
+        };
+        self.is_untimely = false;
         let persons = persons.persons.as_slice();
         let beside = self.beside.get(cx);
         let waving = blobs.blobs.iter().filter(is_wave);

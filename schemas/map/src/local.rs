@@ -41,6 +41,8 @@ pub struct Local {
     map: Export<OccupancyGrid>,
     grid: Option<RollingGrid>,
     history: OdometryHistory,
+    /// The jumps of the pose until now. What was seen before one is elsewhere.
+    jumps: u64,
     /// Whether the times of scans say nothing, which the log says once.
     is_untimely: bool,
     /// The number of the last scan that was added.
@@ -73,6 +75,11 @@ impl Schema for Local {
             return Ok(());
         };
         let robot = pose.pose2d();
+        self.history.add(pose.time(), &pose);
+        if core::mem::replace(&mut self.jumps, self.history.jumps()) != self.history.jumps() {
+            *grid = RollingGrid::new(grid.geometry().width(), grid.geometry().resolution())?;
+            self.scan = None;
+        }
         if let Err(error) = grid.follow((robot.x, robot.y)) {
             warn!(cx, "the pose is not a place on a map: {error}");
             self.map.retract(cx);
@@ -83,7 +90,6 @@ impl Schema for Local {
         {
             grid.clear((place.x, place.y), self.clear_radius.get(cx));
         }
-        self.history.add(pose.time(), &pose);
         let sweep = match self.history.sweep(&laser, laser.time(), cx.now()) {
             Ok(sweep) => sweep,
             Err(words) => {

@@ -79,10 +79,28 @@ fn the_pose_and_the_mount_place_the_rays() {
 fn the_map_moves_with_the_robot_and_keeps_what_it_saw() {
     let mut bench = bench([1.0, NAN, NAN, NAN], Pose2D::new(0.05, 0.05, 0.0));
     bench.iterate().expect("the iteration succeeds");
-    see(&mut bench, [NAN, 0.5, NAN, NAN], Pose2D::new(1.55, 0.05, 0.0));
-    bench.iterate().expect("the iteration succeeds");
+    for x in [0.25, 0.45, 0.65, 0.85, 1.05, 1.25, 1.45, 1.55] {
+        see(&mut bench, [NAN, 0.5, NAN, NAN], Pose2D::new(x, 0.05, 0.0));
+        bench.iterate().expect("the iteration succeeds");
+    }
     assert_eq!(at(&bench, 1.05, 0.05), Some(100));
     assert_eq!(at(&bench, 3.05, 0.05), Some(-1));
+}
+
+#[test]
+fn what_was_seen_before_a_jump_of_the_pose_is_dropped() {
+    for (jumped, kept) in [
+        (Pose2D::new(0.25, 0.05, 0.0), true),
+        (Pose2D::new(0.35, 0.05, 0.0), false),
+        (Pose2D::new(0.05, 0.05, 0.6), false),
+    ] {
+        let mut bench = bench([1.0, NAN, NAN, NAN], Pose2D::new(0.05, 0.05, 0.0));
+        bench.iterate().expect("the iteration succeeds");
+        see(&mut bench, [NAN, NAN, 0.5, NAN], jumped);
+        bench.iterate().expect("the iteration succeeds");
+        let expected = if kept { 100 } else { -1 };
+        assert_eq!(at(&bench, 1.05, 0.05), Some(expected), "{jumped:?}");
+    }
 }
 
 #[test]

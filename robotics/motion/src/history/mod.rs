@@ -24,6 +24,8 @@ const MAX_STEP_ERROR: (f64, f64) = (0.25, 0.5);
 pub struct OdometryHistory {
     /// The oldest first.
     known: VecDeque<Known>,
+    /// How often it began anew.
+    jumps: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -34,11 +36,21 @@ struct Known {
 }
 
 impl OdometryHistory {
+    /// Returns how often it began anew, as at a jump: what a sensor saw before is of another frame, and must be dropped.
+    #[must_use]
+    pub const fn jumps(&self) -> u64 {
+        self.jumps
+    }
+
+    fn begin_anew(&mut self) {
+        self.jumps += u64::from(!self.known.is_empty());
+        self.known.clear();
+    }
+
     /// Adds the odometry of a time. The same time counts once; an earlier one, or a jump, begins anew.
     pub fn add(&mut self, time: Duration, odometry: &Odometry) {
         if !is_finite(odometry) {
-            self.known.clear();
-            return;
+            return self.begin_anew();
         }
         let next = Known {
             time,
@@ -46,8 +58,8 @@ impl OdometryHistory {
             velocity: odometry.twist.twist,
         };
         match self.known.back() {
+            Some(last) if last.time > time || last.jumps_to(&next) => self.begin_anew(),
             Some(last) if last.time == time => drop(self.known.pop_back()),
-            Some(last) if last.time > time || last.jumps_to(&next) => self.known.clear(),
             Some(_) | None => {}
         }
         self.known.push_back(next);

@@ -40,6 +40,24 @@ fn wall(twist: Twist, begins: f64, increment: f64) -> LaserScan {
 }
 
 #[test]
+fn each_jump_counts_and_a_motion_is_none() {
+    let mut history = driven(Twist::planar(0.4, 0.5), 2000);
+    assert_eq!(history.jumps(), 0);
+    let here = |x, turn| Odometry::planar(ms(0), Pose2D::new(x, 0.0, turn), Twist::ZERO);
+    let mut jumps = |at: u64, odometry: &Odometry| {
+        history.add(ms(at), odometry);
+        history.jumps()
+    };
+    assert_eq!(jumps(3000, &here(30.0, 0.0)), 1);
+    assert_eq!(jumps(3100, &here(30.2, 0.4)), 1);
+    assert_eq!(jumps(3100, &here(30.6, 0.4)), 2, "at the same time");
+    assert_eq!(jumps(3200, &here(30.6, 1.0)), 3);
+    assert_eq!(jumps(3200, &here(f64::NAN, 1.0)), 4);
+    assert_eq!(jumps(3300, &here(30.6, 1.0)), 4);
+    assert_eq!(jumps(3000, &here(30.6, 1.0)), 5, "the clock was set back");
+}
+
+#[test]
 fn a_time_of_another_clock_is_refused_in_words() {
     let history = driven(Twist::planar(0.4, 0.0), 2000);
     let words = |seen: u64, now: u64| history.base("scans", ms(seen), ms(now)).unwrap_err();

@@ -147,7 +147,7 @@ impl Mppi {
         let (Some((pose, _)), Some(laser), Some(sweep)) = (observed, laser, body.sweep()) else {
             return Course::Missing;
         };
-        let seen = surroundings.observe(&pose, &laser, sweep, &self.robot.mount.get(cx));
+        let seen = surroundings.observe(&pose, body.jumps(), &laser, sweep, &self.robot.mount.get(cx));
         if seen.is_err() || !has_track {
             return Course::Missing;
         }

@@ -9,9 +9,6 @@ use jde_schema::types::Point2D;
 
 /// Side of a cell, m: about the error of a scanner.
 const RESOLUTION: f64 = 0.05;
-/// How far the pose may move between two scans, m. A pose that moves farther was set anew, and what was seen
-/// before is elsewhere.
-const MAX_STEP: f64 = 1.0;
 
 /// What is around the robot.
 pub(super) struct Surroundings {
@@ -25,7 +22,10 @@ pub(super) struct Surroundings {
     distances: Distances,
     clearance: Clearance,
     points: Vec<Point2D>,
-    last: Option<(Pose2D, u64)>,
+    /// The number of the last scan.
+    last: Option<u64>,
+    /// The jumps of the odometry until now. What was seen before one is elsewhere.
+    jumps: u64,
 }
 
 impl Surroundings {
@@ -44,26 +44,25 @@ impl Surroundings {
             clearance: Clearance::new(width, RESOLUTION as f32),
             points: Vec::new(),
             last: None,
+            jumps: 0,
         })
     }
 
-    /// Adds a scan once, from a sensor at `mount` on the base.
+    /// Adds a scan once, from a sensor at `mount` on the base, after so many jumps of the odometry.
     pub(super) fn observe(
         &mut self,
         robot: &Pose2D,
+        jumps: u64,
         scan: &Sample<'_, LaserScan>,
         sweep: &Sweep,
         mount: &Pose2D,
     ) -> Result<(), GeometryError> {
-        if self
-            .last
-            .is_some_and(|(last, _)| last.distance_to(robot) > MAX_STEP)
-        {
+        if self.jumps != jumps {
             *self = Self::new(self.reach)?;
+            self.jumps = jumps;
         }
         self.grid.follow((robot.x, robot.y))?;
-        let last = self.last.replace((*robot, scan.sequence()));
-        if last.is_some_and(|(_, seen)| seen == scan.sequence()) {
+        if self.last.replace(scan.sequence()) == Some(scan.sequence()) {
             return Ok(());
         }
         let sensor = sweep.middle().transform(mount);

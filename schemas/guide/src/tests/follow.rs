@@ -125,12 +125,25 @@ fn who_waved_is_sought_where_the_robot_looked_when_the_picture_was_taken() {
         },
     );
     test.bench.set_now(test.now + Duration::from_millis(200));
-    let mut turned = Odometry::default();
-    turned.pose.pose = Pose2D::new(0.0, 0.0, 0.4).into();
-    turned.twist.twist = Twist::planar(0.0, 2.0);
-    test.bench.import("odometry", &turned);
+    test.odometry.pose.pose = Pose2D::new(0.0, 0.0, 0.4).into();
+    test.odometry.twist.twist = Twist::planar(0.0, 2.0);
     test.step();
     assert_eq!(test.bench.modulated("follow", "id"), Some(3_u32));
+}
+
+#[test]
+fn a_picture_that_is_too_old_to_say_who_waved_is_refused_in_words() {
+    let mut test = Test::mapped();
+    test.persons(&[(3, 2.0, 0.0)]);
+    let blobs = ColorBlobs {
+        blobs: [ColorBlob::default()].into_iter().collect(),
+        ..ColorBlobs::default()
+    };
+    test.bench.import("blobs", &blobs);
+    test.now += Duration::from_secs(2);
+    test.steps(2);
+    assert_eq!(test.awake(), ["patrol"]);
+    assert!(test.has_logged("cannot tell who waves: the pictures are 2.2 s old"));
 }
 
 #[test]

@@ -15,6 +15,7 @@ const KITCHEN: Pose2D = Pose2D::new(9.0, 7.2, 0.0);
 
 struct Test {
     bench: Bench<Guide>,
+    odometry: Odometry,
     now: Duration,
 }
 
@@ -30,9 +31,9 @@ impl Test {
         bench.set("rooms", Rooms { rooms });
         let poses = Seq::from_slice(&[FAR_POSE, NEAR_POSE]).expect("they fit");
         bench.set("station", Route { poses });
-        bench.import("odometry", &Odometry::default());
         Self {
             bench,
+            odometry: Odometry::default(),
             now: Duration::ZERO,
         }
     }
@@ -49,6 +50,7 @@ impl Test {
     fn step(&mut self) {
         self.now += Duration::from_millis(200);
         self.bench.set_now(self.now);
+        self.bench.import("odometry", &self.odometry);
         self.bench.iterate().expect("it iterates");
     }
 
@@ -137,15 +139,14 @@ impl Test {
             bearing,
             ..ColorBlob::default()
         };
-        let blobs = bearings.iter().map(blob).collect();
-        self.bench.import(
-            "blobs",
-            &ColorBlobs {
-                blobs,
-                ..ColorBlobs::default()
-            },
-        );
-        self.steps(5 * seconds);
+        let blobs = ColorBlobs {
+            blobs: bearings.iter().map(blob).collect(),
+            ..ColorBlobs::default()
+        };
+        for _ in 0..5 * seconds {
+            self.bench.import("blobs", &blobs);
+            self.step();
+        }
     }
 
     /// What becomes of these children, which are READY.

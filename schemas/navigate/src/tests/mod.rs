@@ -76,6 +76,23 @@ fn a_chosen_target_states_whether_its_heading_counts_and_a_clicked_place_has_non
 }
 
 #[test]
+fn a_chosen_target_takes_none_from_the_route() {
+    let route = [Pose2D::new(2.0, 0.0, 0.0), Pose2D::new(4.0, 0.0, 0.0)];
+    let mut bench = father(&route);
+    assert_eq!(iterate_at(&mut bench, 1.9, 0.0).reached, 1);
+    bench.import("chosen", &Target::at(Pose2D::new(0.0, 3.0, 0.0)));
+    let mission = iterate_at(&mut bench, 0.0, 3.0);
+    assert_eq!(
+        (mission.state, mission.reached, mission.total),
+        (Mission::DONE, 1, 2)
+    );
+    bench.retract("chosen");
+    assert_eq!(iterate_at(&mut bench, 0.0, 3.0).state, Mission::RUNNING);
+    assert_eq!(target(&bench), Target::facing(route[1]));
+    assert_eq!(iterate_at(&mut bench, 3.9, 0.0).reached, 2);
+}
+
+#[test]
 fn it_passes_the_poses_before_the_last_whatever_their_headings() {
     let poses = [Pose2D::new(2.0, 0.0, 3.0), Pose2D::new(4.0, 0.0, 3.0)];
     let mut bench = father(&poses);
