@@ -135,6 +135,13 @@ fn navigate_goes_where_it_shall_although_its_wheels_drift() {
 }
 
 #[test]
+fn fused_stays_near_its_path_with_bad_wheels_by_its_gyro() {
+    let mut command = jde_with_plugins(&["experiment", "fused", "--drive", "0"]);
+    let output = output_of(command.current_dir(root()));
+    assert_eq!(output.status, Some(0), "{output:?}");
+}
+
+#[test]
 fn slam_log_saves_the_map_of_the_whole_recorded_drive() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("hall.yaml");
