@@ -11,6 +11,10 @@ use jde_ros::cdr;
 mod carmen;
 #[path = "../../devices/p2os/tests/it/checks.rs"]
 mod checks;
+#[path = "../../drivers/imu/src/frame.rs"]
+mod frame;
+#[path = "../../drivers/imu/src/checks.rs"]
+mod imu;
 #[path = "../../drivers/lidar/src/checks.rs"]
 mod lidar;
 #[path = "../../observe/link/tests/link/checks.rs"]
@@ -117,6 +121,11 @@ pub fn import(data: &[u8]) {
 /// Checks the reader of CARMEN's logs with arbitrary bytes.
 pub fn carmen_log(data: &[u8]) {
     carmen::log(data);
+}
+
+/// Checks the reader of serial inertial units with a stream of bytes.
+pub fn imu(data: &[u8]) {
+    imu::wit(data);
 }
 
 /// Checks the readers of serial lidars with a stream of bytes.
