@@ -21,11 +21,11 @@ pub(crate) struct Sweep {
 }
 
 impl Sweep {
-    /// Writes this scan into `scan`. The scanner is turned by `yaw` rad to the left in its frame.
+    /// Writes this scan into `scan`.
     ///
     /// # Errors
     /// Why it is no scan.
-    pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), Unmeasured> {
+    pub(crate) fn fill(&self, reading: Reading, scan: &mut LaserScan) -> Result<(), Unmeasured> {
         let beams = Beams {
             header: self.header,
             angles: [self.angle_min, self.angle_max, self.angle_increment],
@@ -35,13 +35,55 @@ impl Sweep {
             ranges: &self.ranges,
             intensities: &self.intensities,
         };
-        beams.write_to(yaw, scan)
+        beams.write_to(reading.yaw, scan)?;
+        if !reading.inf_is_valid {
+            scan.remove_free();
+        }
+        scan.measured()
     }
+}
+
+/// How the scans of a scanner are read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reading {
+    /// By how far the scanner is turned to the left in its frame, rad.
+    pub(crate) yaw: f32,
+    /// Whether +∞ and the greatest distance say that nothing is within reach. Many drivers say them also where no return came
+    /// back, so that they say nothing.
+    pub(crate) inf_is_valid: bool,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const VALID: Reading = Reading {
+        yaw: 0.0,
+        inf_is_valid: true,
+    };
+
+    #[test]
+    fn a_beam_without_a_return_says_nothing_unless_its_driver_means_that_nothing_is_there() {
+        let mut scan = LaserScan::default();
+        let sweep = sweep(&[1.0, f32::INFINITY, 10.0, f32::NEG_INFINITY]);
+        sweep.fill(VALID, &mut scan).unwrap();
+        assert_eq!(scan.lengths().count(), 3);
+        sweep.fill(Reading::default(), &mut scan).unwrap();
+        assert!(scan.ranges[1].is_nan() && scan.ranges[2].is_nan());
+        assert_eq!((scan.ranges[0], scan.ranges[3]), (1.0, f32::NEG_INFINITY));
+        assert_eq!(scan.lengths().collect::<Vec<_>>(), [(0, 1.0, true)]);
+    }
+
+    #[test]
+    fn a_scan_in_which_nothing_returned_is_none() {
+        let sweep = sweep(&[f32::INFINITY; 100]);
+        let mut scan = LaserScan::default();
+        assert_eq!(sweep.fill(VALID, &mut scan), Ok(()));
+        assert_eq!(
+            sweep.fill(Reading::default(), &mut scan),
+            Err(Unmeasured::Nothing)
+        );
+    }
 
     fn sweep(ranges: &[f32]) -> Box<Sweep> {
         let mut sweep = Box::new(Sweep::zeroed());
@@ -59,12 +101,12 @@ mod tests {
         let mut scan = LaserScan::default();
         let mut sweep = sweep(&[1.0, f32::INFINITY, 0.0]);
         sweep.intensities.extend_from_slice(&[5.0, 6.0, 7.0]).unwrap();
-        sweep.fill(0.0, &mut scan).unwrap();
+        sweep.fill(VALID, &mut scan).unwrap();
         assert_eq!(scan.ranges.as_slice(), [1.0, f32::INFINITY, 0.0]);
         assert_eq!(scan.intensities.as_slice(), [5.0, 6.0, 7.0]);
         assert_eq!((scan.angle_min, scan.angle_increment), (-1.0, 0.001));
         assert!((scan.angle_max + 0.998).abs() < 1e-6);
-        sweep.fill(0.5, &mut scan).unwrap();
+        sweep.fill(Reading { yaw: 0.5, ..VALID }, &mut scan).unwrap();
         assert_eq!(scan.angle_min, -0.5);
     }
 
@@ -77,7 +119,7 @@ mod tests {
         ranges[20] = 0.05;
         ranges[1999] = 1.0;
         let mut scan = LaserScan::default();
-        sweep(&ranges).fill(0.0, &mut scan).unwrap();
+        sweep(&ranges).fill(VALID, &mut scan).unwrap();
         assert_eq!(scan.ranges.len(), 1000);
         assert_eq!((scan.ranges[500], scan.ranges[999]), (2.0, 1.0));
         assert_eq!(scan.ranges[5], f32::NEG_INFINITY);
@@ -91,7 +133,7 @@ mod tests {
         let mut ranges = vec![f32::NAN; 1089];
         ranges[1] = f32::INFINITY;
         let mut scan = LaserScan::default();
-        sweep(&ranges).fill(0.0, &mut scan).unwrap();
+        sweep(&ranges).fill(VALID, &mut scan).unwrap();
         assert_eq!(scan.ranges.len(), 545);
         assert_eq!(scan.ranges[0], f32::INFINITY);
         assert!(scan.ranges[1].is_nan());
@@ -100,14 +142,14 @@ mod tests {
     #[test]
     fn a_scan_that_is_none_is_refused() {
         let mut invalid = sweep(&[1.0; 2000]);
-        assert_eq!(invalid.fill(0.0, &mut LaserScan::default()), Ok(()));
+        assert_eq!(invalid.fill(VALID, &mut LaserScan::default()), Ok(()));
         invalid.angle_max = 3.0;
-        let refused = invalid.fill(0.0, &mut LaserScan::default());
+        let refused = invalid.fill(VALID, &mut LaserScan::default());
         assert!(
             matches!(refused, Err(Unmeasured::Beams { found: 2000, .. })),
             "{refused:?}"
         );
-        let zeros = sweep(&[0.0; 2000]).fill(0.0, &mut LaserScan::default());
+        let zeros = sweep(&[0.0; 2000]).fill(VALID, &mut LaserScan::default());
         assert_eq!(zeros, Err(Unmeasured::Nothing));
     }
 }

@@ -167,6 +167,17 @@ impl LaserScan {
         })
     }
 
+    /// Makes each beam that met nothing no measurement. It is for the scans of drivers that say +∞, or the greatest distance,
+    /// also where no return came back from an object: glass, a black surface, one that is hit at a flat angle.
+    pub fn remove_free(&mut self) {
+        let (least, greatest) = (self.range_min, self.range_max);
+        for range in self.ranges.as_mut_slice() {
+            if Echo::of(*range, least, greatest) == Echo::Free {
+                *range = f32::NAN;
+            }
+        }
+    }
+
     /// Returns the beam, angle and distance of each hit.
     fn hits(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         self.echoes()

@@ -11,7 +11,7 @@ use super::sonars::Sonars;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::{self, Drive};
 use crate::messages::{PoseWithCovarianceStamped, Stamped};
-use crate::scan::Sweep;
+use crate::scan::{Reading, Sweep};
 use crate::velocity::VelocityPublisher;
 
 /// How long a topic may take to have its first message.
@@ -45,7 +45,7 @@ pub(super) struct ActiveBase {
 }
 
 impl ActiveBase {
-    pub(super) fn publish_scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, yaw: f32) {
+    pub(super) fn publish_scan(&mut self, cx: &Context, export: &mut Export<LaserScan>, reading: Reading) {
         let Some(subscription) = &mut self.laser else {
             return;
         };
@@ -60,7 +60,7 @@ impl ActiveBase {
             return;
         }
         let mut laser = export.loan(cx);
-        let filled = self.sweep.fill(yaw, &mut laser);
+        let filled = self.sweep.fill(reading, &mut laser);
         match filled {
             Ok(()) => {
                 subscription.mark_received(arrived);

@@ -13,7 +13,7 @@ use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, TopicSubscription, arrival};
 use crate::drive::Drive;
 use crate::messages::Codec;
-use crate::scan::Sweep;
+use crate::scan::{Reading, Sweep};
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocityPublisher};
 use active::{ActiveBase, BATTERY};
@@ -78,6 +78,10 @@ node_schema! {
         /// Angle by which the laser is turned to the left on the base.
         #[modulation(default = 0.0, unit = "rad", fixed)]
         laser_yaw: Modulation<f64>,
+        /// Whether +∞, or the greatest range, says that nothing is within reach. Many drivers say it also where no return came
+        /// back; then it says nothing.
+        #[modulation(default = Flag::FALSE)]
+        inf_is_valid: Modulation<Flag>,
         /// Time after which an export without a new message is retracted, and the age from which a message is not taken, if its
         /// stamp can be compared; ten times as long for the battery.
         #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
@@ -139,7 +143,11 @@ impl Schema for Base {
         };
         active.connection.begin(cx, self.clock.get(cx).into());
         active.stale = Duration::from_secs_f64(self.stale.get(cx));
-        active.publish_scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
+        let reading = Reading {
+            yaw: self.laser_yaw.get(cx) as f32,
+            inf_is_valid: self.inf_is_valid.get(cx).get(),
+        };
+        active.publish_scan(cx, &mut self.laser, reading);
         active.publish_odometry(cx, &mut self.odometry);
         active.publish_images(cx, [&mut self.image, &mut self.depth]);
         active.publish_imu(cx, &mut self.imu);

@@ -63,7 +63,9 @@ pub(crate) struct Subscription {
     pub(crate) depth: u32,
     /// Whether the messages are compressed pictures.
     pub(crate) compressed: Flag,
-    pub(crate) padding: Padding<7>,
+    /// Whether +∞, or the greatest range, of a scan says that nothing is within reach.
+    pub(crate) inf_is_valid: Flag,
+    pub(crate) padding: Padding<6>,
 }
 
 impl Publication {
@@ -106,6 +108,7 @@ impl Subscription {
         durability: Text::new(""),
         depth: 0,
         compressed: Flag::FALSE,
+        inf_is_valid: Flag::FALSE,
         padding: Padding::ZERO,
     };
 

@@ -15,7 +15,7 @@ use crate::compressed::{self, Arrival, Decompressor};
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::described::DescribedCodec;
 use crate::messages::{Codec, PoseWithCovarianceStamped};
-use crate::scan::Sweep;
+use crate::scan::{Reading, Sweep};
 use crate::velocity::{self, VelocitySubscription};
 
 /// Age at which a value is retracted, unless the file or the type states another one.
@@ -39,7 +39,7 @@ enum MessageForm {
     /// A compressed picture, from the subscription of that number.
     Compressed(usize, DescribedCodec, Decompressor),
     /// A scan of any number of beams.
-    Scan(TopicSubscription<Sweep>, Box<Sweep>, f32),
+    Scan(TopicSubscription<Sweep>, Box<Sweep>, Reading),
     /// A pose, as a measured position.
     Position(TopicSubscription<PoseWithCovarianceStamped>),
     /// A velocity, plain or stamped.
@@ -96,6 +96,9 @@ pub(super) fn check(namespace: &str, export: &ListedExport<Subscription>) -> Res
     if settings.yaw != 0.0 && !is_of::<LaserScan>(value_type) {
         return Err("`yaw` belongs to laser scans, and this is none".to_owned());
     }
+    if settings.inf_is_valid.get() && !is_of::<LaserScan>(value_type) {
+        return Err("`inf_is_valid` belongs to laser scans, and this is none".to_owned());
+    }
     if settings.compressed.get() && !is_of::<Image>(value_type) {
         return Err("`compressed` belongs to pictures, and this is none".to_owned());
     }
@@ -135,7 +138,11 @@ impl TopicExport {
             let codec = Codec::new();
             topics.push(codec.topic(name.clone(), quality));
             let subscription = TopicSubscription::new(number, name.clone(), codec);
-            MessageForm::Scan(subscription, Sweep::boxed(), settings.yaw as f32)
+            let reading = Reading {
+                yaw: settings.yaw as f32,
+                inf_is_valid: settings.inf_is_valid.get(),
+            };
+            MessageForm::Scan(subscription, Sweep::boxed(), reading)
         } else if is_of::<PositionFix>(value_type) {
             let codec = Codec::new();
             topics.push(codec.topic(name.clone(), quality));
@@ -241,14 +248,14 @@ impl TopicExport {
                     }
                 }
             }
-            MessageForm::Scan(subscription, sweep, yaw) => {
+            MessageForm::Scan(subscription, sweep, reading) => {
                 let arrived = connection.receive(cx, subscription, &mut **sweep)?;
                 let time = connection.stamp(cx, subscription, &mut sweep.header, arrived);
                 if !connection.is_fresh(cx, name, (time, arrived), self.stale) {
                     return None;
                 }
                 let mut scan = LaserScan::boxed();
-                if let Err(error) = sweep.fill(*yaw, &mut scan) {
+                if let Err(error) = sweep.fill(*reading, &mut scan) {
                     export.retract(cx);
                     connection.warn_once(cx, format!("{name}: {error}"));
                     return None;
