@@ -66,6 +66,9 @@ pub struct Robot {
     /// Greatest range of the first laser; negative for that of the file.
     #[modulation(default = -1.0, unit = "m", fixed)]
     laser_range: Modulation<f64>,
+    /// How high the lasers are: they see no fixed or movable thing that is lower; negative for that of the file.
+    #[modulation(default = -1.0, unit = "m", max = 10.0, fixed)]
+    laser_height: Modulation<f64>,
     /// Standard deviation of the lasers' ranges; negative for that of the file.
     #[modulation(default = -1.0, unit = "m", fixed)]
     laser_noise: Modulation<f64>,
@@ -171,6 +174,7 @@ impl Robot {
     fn model(&self, cx: &Context) -> Result<RobotModel> {
         let overrides = Overrides {
             laser_range: self.laser_range.get(cx),
+            laser_height: self.laser_height.get(cx),
             laser_noise: self.laser_noise.get(cx),
             laser_intensity: self.laser_intensity.get(cx),
             sonar_noise: self.sonar_noise.get(cx),

@@ -13,6 +13,8 @@ const MAX_CELLS: usize = 32;
 pub(crate) struct Overrides {
     /// Of the first laser, in metres.
     pub(crate) laser_range: f64,
+    /// Metres above the floor.
+    pub(crate) laser_height: f64,
     /// Metres.
     pub(crate) laser_noise: f64,
     /// Of a white surface, in units of the device.
@@ -41,6 +43,7 @@ impl Overrides {
             replace(&mut first.config.range_max, self.laser_range);
         }
         for laser in &mut model.lasers {
+            replace(&mut laser.config.height, self.laser_height);
             replace(&mut laser.config.sigma, self.laser_noise);
             replace(&mut laser.config.intensity, self.laser_intensity);
             laser.config.check()?;

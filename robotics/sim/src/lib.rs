@@ -47,7 +47,8 @@
 //! floor_lines = [{ name = "track", points = [[1, 2], [5, 2], [5, 3], [1, 3]], closed = true, bend = 0.3, width = 0.03 }]
 //!
 //! # Every thing has a `color`. Every thing except a ball has a `height`: 2.5 m for walls, 0.75 m for boxes
-//! # and circles, 1 m for movers, 1.72 m for people. Lasers and sonars ignore the height.
+//! # and circles, 1 m for movers, 1.72 m for people. A laser with a `height` passes over
+//! # lower walls, boxes and circles; sonars and bumpers meet all.
 //! walls   = [{ name = "shell", points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true, color = "beige" }]
 //! boxes   = [
 //!   { name = "desk", center = [1.2, 3.2], size = [1.6, 0.8], angle_deg = 10 },

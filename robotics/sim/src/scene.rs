@@ -42,7 +42,11 @@ impl Scene {
     pub(crate) fn new(fixtures: Vec<Fixture>) -> Self {
         let solids: Vec<Solid> = fixtures
             .iter()
-            .map(|fixture| Solid::new(&fixture.outline).reflecting(fixture.reflectivity, fixture.surface))
+            .map(|fixture| {
+                Solid::new(&fixture.outline)
+                    .reflecting(fixture.reflectivity, fixture.surface)
+                    .of_height(fixture.height)
+            })
             .collect();
         // PLOC builds more slowly than binning and casts faster; a world rarely changes.
         let tree = Bvh::from_iter(BvhBuildStrategy::Ploc, solids.iter().map(Solid::aabb).enumerate());
@@ -79,9 +83,9 @@ impl Scene {
         Some(distance)
     }
 
-    /// Returns the first thing that a ray of light meets nearer than `max`.
-    pub(crate) fn light(&self, ray: &Ray, max: f64) -> Option<Echo> {
-        let (solid, distance) = self.first(ray, max, |solid, best| solid.cast_light(ray, best))?;
+    /// Returns the first thing that a ray of light at a height meets nearer than `max`.
+    pub(crate) fn light(&self, ray: &Ray, max: f64, height: f64) -> Option<Echo> {
+        let (solid, distance) = self.first(ray, max, |solid, best| solid.cast_light(ray, best, height))?;
         Some(Echo::of(solid, distance))
     }
 
@@ -112,7 +116,11 @@ impl Scene {
         let max = sweep.max();
         if near.len() > sweep.rays().len() {
             // Among many small things a ray meets few, and the tree finds them.
-            let echoes: Vec<Option<Echo>> = sweep.rays().iter().map(|ray| self.light(ray, max)).collect();
+            let echoes: Vec<Option<Echo>> = sweep
+                .rays()
+                .iter()
+                .map(|ray| self.light(ray, max, sweep.height()))
+                .collect();
             sweep.echoes_mut().copy_from_slice(&echoes);
             return;
         }

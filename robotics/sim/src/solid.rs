@@ -40,6 +40,8 @@ pub(crate) struct Solid {
     geometry: Geometry,
     reflectivity: f64,
     surface: Surface,
+    /// Metres from the floor; a laser that is higher passes over it.
+    height: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -73,7 +75,13 @@ impl Solid {
             geometry,
             reflectivity: REFLECTIVITY,
             surface: Surface::Opaque,
+            height: f64::INFINITY,
         }
+    }
+
+    /// Returns the solid with a height.
+    pub(crate) fn of_height(self, height: f64) -> Self {
+        Self { height, ..self }
     }
 
     /// Returns the solid with a reflectivity and a surface.
@@ -85,14 +93,14 @@ impl Solid {
         }
     }
 
-    /// Returns whether a laser passes it as if it were not there.
-    pub(crate) fn lets_light_pass(&self) -> bool {
-        matches!(self.surface, Surface::Glass | Surface::Tabletop)
+    /// Returns whether a laser at a height passes it as if it were not there.
+    pub(crate) fn lets_light_pass(&self, height: f64) -> bool {
+        height > self.height || matches!(self.surface, Surface::Glass | Surface::Tabletop)
     }
 
-    /// Returns the distance at which a laser meets it, if that is nearer than `max`.
-    pub(crate) fn cast_light(&self, ray: &Ray, max: f64) -> Option<f64> {
-        if self.lets_light_pass() {
+    /// Returns the distance at which a laser at a height meets it, if that is nearer than `max`.
+    pub(crate) fn cast_light(&self, ray: &Ray, max: f64, height: f64) -> Option<f64> {
+        if self.lets_light_pass(height) {
             return None;
         }
         self.cast_ray(ray, max)
@@ -114,6 +122,7 @@ impl Solid {
             geometry: Geometry::Polygon(polygon),
             reflectivity: REFLECTIVITY,
             surface: Surface::Opaque,
+            height: f64::INFINITY,
         }
     }
 

@@ -48,11 +48,19 @@ pub(crate) struct Sweep {
     first: f64,
     increment: f64,
     max: f64,
+    /// Of the laser above the floor, in metres.
+    height: f64,
 }
 
 impl Sweep {
-    /// Creates rays of `max` metres at these angles, each `increment` after the one before it.
-    pub(crate) fn new(origin: [f64; 2], angles: impl Iterator<Item = f64>, increment: f64, max: f64) -> Self {
+    /// Creates rays of `max` metres at these angles, each `increment` after the one before it, at a height above the
+    /// floor.
+    pub(crate) fn new(
+        origin: [f64; 2],
+        angles: impl Iterator<Item = f64>,
+        increment: f64,
+        (max, height): (f64, f64),
+    ) -> Self {
         let mut angles = angles.peekable();
         let first = angles.peek().copied().unwrap_or_default();
         let rays: Vec<Ray> = angles.map(|angle| solid::ray(origin, angle)).collect();
@@ -63,6 +71,7 @@ impl Sweep {
             first,
             increment,
             max,
+            height,
         }
     }
 
@@ -72,6 +81,10 @@ impl Sweep {
 
     pub(crate) fn max(&self) -> f64 {
         self.max
+    }
+
+    pub(crate) fn height(&self) -> f64 {
+        self.height
     }
 
     /// Returns the first solid that each ray met.
@@ -93,7 +106,7 @@ impl Sweep {
 
     /// Casts the rays that can reach a solid at it.
     pub(crate) fn meet(&mut self, solid: &Solid) {
-        if solid.lets_light_pass() {
+        if solid.lets_light_pass(self.height) {
             return;
         }
         let area = solid.aabb();
@@ -193,7 +206,7 @@ mod tests {
             for (beams, view) in [(360, TAU), (181, 3.2), (4, TAU), (1, 0.1), (90, 0.02)] {
                 let increment = view / f64::from(beams);
                 let angle = |beam| heading - view / 2.0 + f64::from(beam) * increment;
-                let mut sweep = Sweep::new(origin, (0..beams).map(angle), increment, 4.0);
+                let mut sweep = Sweep::new(origin, (0..beams).map(angle), increment, (4.0, 0.0));
                 solids.iter().for_each(|solid| sweep.meet(solid));
                 let alone = (0..beams).map(|beam| {
                     let ray = solid::ray(origin, angle(beam));

@@ -200,6 +200,31 @@ fn a_robot_that_touches_something_may_leave_it() {
 }
 
 #[test]
+fn what_a_bumper_touches_or_a_cliff_below_the_robot_refuses_what_brings_it_nearer_and_lets_the_robot_back_away()
+ {
+    // As `scan/merge` shows them: on the outline of 0.25 m, and within it.
+    for range in [0.25, 0.2] {
+        let mut bench = guard(&wall_ahead(6.0), Pose2D::new(-1.0, 0.0, 0.0), 0.0);
+        for step in 0..20 {
+            observe(
+                &mut bench,
+                &wall_ahead(6.0),
+                Pose2D::new(-1.0 + f64::from(step) * 0.05, 0.0, 0.0),
+                0.0,
+            );
+        }
+        let touched = scan(|angle| if angle.abs() < 0.3 { range } else { 6.0 });
+        observe(&mut bench, &touched, Pose2D::ORIGIN, 0.0);
+        assert!(
+            judge(&bench, 0.05, 0.0).is_err() && judge(&bench, 0.2, 0.4).is_err(),
+            "{range} m"
+        );
+        assert_eq!(judge(&bench, -0.1, 0.0), Ok(()), "{range} m");
+        assert_eq!(judge(&bench, 0.0, 0.5), Ok(()), "it is round");
+    }
+}
+
+#[test]
 fn without_a_usable_scan_or_pose_it_has_no_state() {
     let state = |bench: &Bench<Footprint>| bench.exported::<Surroundings>("surroundings");
     let mut bench = guard(&wall_ahead(2.0), Pose2D::ORIGIN, 0.0);

@@ -75,7 +75,7 @@ impl LooseBody {
             color,
             center: Vector::from(center),
             velocity: Vector::ZERO,
-            solid: Solid::new(&outline(form, Vector::from(center))),
+            solid: solid(form, Vector::from(center)),
         }
     }
 
@@ -117,12 +117,12 @@ impl LooseBody {
 
     /// Returns its solid after a displacement.
     fn translated(&self, way: Vector) -> Solid {
-        Solid::new(&outline(self.form, self.center + way))
+        solid(self.form, self.center + way)
     }
 
     fn translate(&mut self, way: Vector) {
         self.center += way;
-        self.solid = Solid::new(&outline(self.form, self.center));
+        self.solid = solid(self.form, self.center);
     }
 }
 
@@ -160,6 +160,15 @@ impl LooseBodies {
 /// Returns whether a gap is too small and smaller than before.
 fn penetrates_more(gap: f64, before: impl FnOnce() -> f64) -> bool {
     gap <= 0.0 || (gap < CONTACT_GAP && gap < before() - ROUNDING)
+}
+
+/// A ball, which cameras follow, is as high as any laser.
+fn solid(form: LooseShape, center: Vector) -> Solid {
+    let solid = Solid::new(&outline(form, center));
+    match form {
+        LooseShape::Ball { .. } => solid,
+        LooseShape::Box { height, .. } => solid.of_height(height),
+    }
 }
 
 fn outline(form: LooseShape, center: Vector) -> Outline {

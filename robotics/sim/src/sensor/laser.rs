@@ -21,6 +21,8 @@ use crate::sweep::{Echo, Sweep};
 pub struct LaserConfig {
     /// Its pose on the robot, in the robot's frame.
     pub mount: Pose2,
+    /// How high it is above the floor, in metres: it sees nothing that is lower. At 0 it sees all.
+    pub height: f64,
     /// Rays in a scan.
     pub beams: usize,
     /// The angle that the scan covers, in radians.
@@ -81,6 +83,7 @@ impl Default for LaserConfig {
                 y: 0.0,
                 heading: 0.0,
             },
+            height: 0.0,
             beams: 180,
             field_of_view: PI,
             // Inside the body's own edge: nothing outside the robot is too near.
@@ -145,6 +148,7 @@ impl LaserConfig {
         check("laser mount.x", self.mount.x, "a finite number", any)?;
         check("laser mount.y", self.mount.y, "a finite number", any)?;
         check("laser mount.heading", self.mount.heading, "a finite number", any)?;
+        check("laser height", self.height, "0 m or more", |value| value >= 0.0)?;
         check("laser beams", self.beams as f64, "1 to 100000", |value| {
             (1.0..=1e5).contains(&value)
         })?;
@@ -185,7 +189,12 @@ impl LaserConfig {
         let laser = robot.compose(self.mount);
         let (first, increment) = (self.angle_min(), self.angle_increment());
         let angles = (0..self.beams).map(|beam| laser.heading + (first + beam as f64 * increment));
-        Sweep::new([laser.x, laser.y], angles, increment, self.range_max)
+        Sweep::new(
+            [laser.x, laser.y],
+            angles,
+            increment,
+            (self.range_max, self.height),
+        )
     }
 
     /// Returns the ray of a beam from a robot at a pose.

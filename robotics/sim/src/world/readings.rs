@@ -84,10 +84,10 @@ impl World {
         let max = laser.range_max;
         let echo = |beam| {
             let ray = laser.ray(body.pose_ago(laser.age(beam)), beam);
-            let mut nearest = self.scene.light(&ray, max);
+            let mut nearest = self.scene.light(&ray, max, laser.height);
             self.for_each_movable(RayKind::Light, Some(robot), |solid| {
                 let limit = nearest.map_or(max, |echo| echo.distance);
-                if let Some(distance) = solid.cast_light(&ray, limit) {
+                if let Some(distance) = solid.cast_light(&ray, limit, laser.height) {
                     nearest = Some(Echo::of(solid, distance));
                 }
             });

@@ -344,6 +344,53 @@ fn ahead(world: &World, robot: RobotId, angle: f64) -> f32 {
 }
 
 #[test]
+fn a_laser_passes_over_what_is_lower_than_it_which_sonars_meet() {
+    const LOW: &str = "
+        walls   = [{ name = 'wall', points = [[5, -3], [5, 3]] }]
+        boxes   = [{ name = 'low', center = [2, 0], size = [0.4, 4], height = 0.2 }]
+        circles = [{ name = 'loose', center = [3, 0], radius = 0.1, height = 0.6 }]
+        robots  = { r = { start = { x = 0, y = 0 } } }";
+    let mut world = World::parse(LOW, "low.toml", 1).unwrap();
+    let config = RobotConfig {
+        trail: 0.2,
+        ..exact_wheels()
+    };
+    let robot = world.add_robot("r", config).unwrap();
+    let turn = LaserTurn {
+        period: 0.1,
+        clockwise: false,
+    };
+    for turn in [None, Some(turn)] {
+        let ahead = |height| {
+            let laser = LaserConfig {
+                mount: Pose2::default(),
+                height,
+                turn,
+                ..exact_laser()
+            };
+            let beam =
+                (0..laser.beams).min_by(|a, b| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
+            scan(&world, robot, &laser)[beam.unwrap()]
+        };
+        for (height, range) in [(0.0, 1.8), (0.2, 1.8), (0.3, 2.9), (0.7, 5.0)] {
+            assert!(
+                (ahead(height) - range).abs() < 0.02,
+                "{height}: {}",
+                ahead(height)
+            );
+        }
+    }
+    let ring = SonarConfig {
+        mounts: vec![Pose2::default()],
+        sigma: 0.0,
+        ..SonarConfig::default()
+    };
+    let mut echo = [0.0];
+    world.sonars(robot, &ring, &mut echo).unwrap();
+    assert!((echo[0] - 1.8).abs() < 1e-3);
+}
+
+#[test]
 fn light_passes_through_glass_and_never_leaves_black_which_everything_else_meets() {
     for form in [
         "center = [2.1, 0]\nsize = [0.2, 2]",

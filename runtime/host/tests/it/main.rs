@@ -7,6 +7,7 @@ mod failing_sensors;
 mod follow_ball;
 mod limits;
 mod loader;
+mod many_sensors;
 mod safe_navigation;
 mod shared_value;
 mod standing_still;

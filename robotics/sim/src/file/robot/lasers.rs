@@ -8,9 +8,10 @@ use crate::model::LaserModel;
 use crate::sensor::{LaserConfig, LaserTurn, NoReturn};
 use jde_document::{Checked, FaultReport, Node, Section, WrongValue};
 
-const KEYS: [&str; 8] = [
+const KEYS: [&str; 9] = [
     "name",
     "mount",
+    "height",
     "beams",
     "view_deg",
     "intensity",
@@ -52,6 +53,7 @@ pub(super) fn read(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<V
 fn laser(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Option<LaserModel> {
     let default = LaserConfig::default();
     let mount = mount(report, table);
+    let height = table.optional(report, "height", 0.0, between(0.0, 10.0, "m"));
     let beams = table.required(report, "beams", beams);
     let view = table.required(report, "view_deg", degrees(0.1, 360.0, "degrees"));
     let range = range(report, table, default.range_min, default.sigma);
@@ -78,6 +80,7 @@ fn laser(report: &mut FaultReport<'_>, table: &Section<'_>, name: String) -> Opt
         name,
         config: LaserConfig {
             mount: mount?,
+            height: height?,
             beams: beams?,
             field_of_view: view?,
             range_min: range.min,

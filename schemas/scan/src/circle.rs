@@ -1,0 +1,127 @@
+//! The directions around a base, and what is first in each.
+
+use core::f64::consts::{PI, TAU};
+
+use jde_motion::Outline;
+use jde_schema::types::{LaserScan, Point2D};
+
+/// The beams of a merged scan: as many as divide a turn into thirds of a degree. A `LaserScan` has room for 1088.
+const BEAMS: usize = 1080;
+const INCREMENT: f64 = TAU / BEAMS as f64;
+/// The least distance from the centre of the base, m: nearer, a thing is in no direction.
+const RANGE_MIN: f64 = 0.001;
+/// Step in which the way to the outline is searched, m.
+const STEP: f64 = 0.01;
+/// By how much of its distance a place on a ray is farther than the one before it, and by how much at least, m.
+const GROWTH: f64 = 0.1;
+const LEAST_STEP: f64 = 0.05;
+
+/// What is first in each direction from the centre of a base.
+#[derive(Debug)]
+pub(crate) struct Circle {
+    /// Where the outline of the robot ends, m.
+    edges: Vec<f64>,
+    /// The distance of the nearest thing, m; +∞ if there is none.
+    nearest: Vec<f64>,
+}
+
+impl Circle {
+    /// Nothing is around a robot with this outline.
+    pub(crate) fn new(outline: &Outline) -> Self {
+        let edge = |beam| {
+            let (sin, cos) = angle(beam).sin_cos();
+            let steps = (0..).map(|step| f64::from(step) * STEP);
+            let inside = steps.take_while(|at| outline.distance(at * cos, at * sin) < 0.0);
+            inside.last().unwrap_or_default() + STEP
+        };
+        Self {
+            edges: (0..BEAMS).map(edge).collect(),
+            nearest: vec![f64::INFINITY; BEAMS],
+        }
+    }
+
+    /// Forgets what is around.
+    pub(crate) fn clear(&mut self) {
+        self.nearest.fill(f64::INFINITY);
+    }
+
+    /// Adds a thing at a point in the frame of the base.
+    pub(crate) fn add(&mut self, point: &Point2D) {
+        let beam = ((point.y.atan2(point.x) + PI) / INCREMENT).round() as usize % BEAMS;
+        let range = point.x.hypot(point.y).max(RANGE_MIN * 2.0);
+        self.nearest[beam] = self.nearest[beam].min(range);
+    }
+
+    /// Returns points along the edge of the outline from one direction to another, one for each beam.
+    pub(crate) fn edge(&self, from: f64, to: f64) -> impl Iterator<Item = Point2D> {
+        let count = ((to - from).abs() / INCREMENT).ceil().max(1.0);
+        (0..=count as u32).map(move |step| {
+            let angle = from + (to - from) * f64::from(step) / count;
+            let beam = ((angle + PI) / INCREMENT).round().rem_euclid(BEAMS as f64) as usize;
+            let (sin, cos) = angle.sin_cos();
+            let at = self.edges[beam.min(BEAMS - 1)];
+            Point2D {
+                x: at * cos,
+                y: at * sin,
+            }
+        })
+    }
+
+    /// Writes the scan of it up to `range_max` m. A direction without a thing is free if all places on the way from the
+    /// outline to there are seen, and otherwise unknown. Returns whether anything is known.
+    pub(crate) fn write(
+        &self,
+        scan: &mut LaserScan,
+        range_max: f64,
+        sees: impl Fn(&Point2D) -> bool,
+    ) -> bool {
+        scan.angle_min = -PI as f32;
+        scan.angle_increment = INCREMENT as f32;
+        scan.time_increment = 0.0;
+        scan.scan_time = 0.0;
+        scan.range_min = RANGE_MIN as f32;
+        scan.range_max = range_max as f32;
+        scan.intensities.clear();
+        let mut is_known = false;
+        for (beam, range) in scan.ranges.resize(BEAMS).iter_mut().enumerate() {
+            *range = if self.nearest[beam] < range_max {
+                self.nearest[beam] as f32
+            } else if self.is_seen(beam, range_max, &sees) {
+                f32::INFINITY
+            } else {
+                f32::NAN
+            };
+            is_known |= !range.is_nan();
+        }
+        scan.state_last_angle();
+        is_known
+    }
+
+    /// Returns what is first in the directions in which something is, in the frame of the base.
+    pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        let things = self.nearest.iter().enumerate();
+        things
+            .filter(|(_, range)| range.is_finite())
+            .map(|(beam, range)| {
+                let (sin, cos) = angle(beam).sin_cos();
+                (range * cos, range * sin)
+            })
+    }
+
+    /// Whether all places on the way from the outline to `range_max` m are seen.
+    fn is_seen(&self, beam: usize, range_max: f64, sees: impl Fn(&Point2D) -> bool) -> bool {
+        let (sin, cos) = angle(beam).sin_cos();
+        let next = |at: &f64| (*at < range_max).then(|| (at + LEAST_STEP.max(GROWTH * at)).min(range_max));
+        let mut places = core::iter::successors(Some(self.edges[beam] + STEP), next);
+        places.all(|at| {
+            sees(&Point2D {
+                x: at * cos,
+                y: at * sin,
+            })
+        })
+    }
+}
+
+fn angle(beam: usize) -> f64 {
+    beam as f64 * INCREMENT - PI
+}

@@ -1,0 +1,19 @@
+//! Scans of several sensors.
+
+mod circle;
+mod eye;
+mod memory;
+mod merge;
+mod panel;
+mod sensor;
+
+pub use merge::Merge;
+
+jde_schema::export!(
+    "scan",
+    "Merges lasers, sonars, bumpers and cliff sensors into one scan.",
+    [Merge]
+);
+
+#[cfg(test)]
+mod tests;
