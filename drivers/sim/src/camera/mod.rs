@@ -54,6 +54,9 @@ pub struct Camera {
     /// Angle by which it is turned to the left.
     #[modulation(default = 0.0, unit = "rad", fixed)]
     yaw: Modulation<f64>,
+    /// Angle by which it then looks down.
+    #[modulation(default = 0.0, unit = "rad", min = -1.6, max = 1.6, fixed)]
+    tilt: Modulation<f64>,
     /// Whether the pan-tilt head carries and turns it; otherwise the body carries it.
     #[modulation(default = Flag::new(true), fixed)]
     on_head: Modulation<Flag>,
@@ -347,6 +350,7 @@ impl Camera {
             },
             place: [self.x.get(cx), self.y.get(cx), self.z.get(cx)],
             yaw: self.yaw.get(cx),
+            tilt: self.tilt.get(cx),
             lens: Lens {
                 principal: [self.principal_x.get(cx), self.principal_y.get(cx)],
                 distortion: [&self.k1, &self.k2, &self.p1, &self.p2, &self.k3].map(|k| k.get(cx)),

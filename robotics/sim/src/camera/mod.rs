@@ -49,6 +49,8 @@ pub struct CameraConfig {
     pub place: [f64; 3],
     /// Its angle to the left on the carrying part, in radians.
     pub yaw: f64,
+    /// Its angle downwards, after that, in radians.
+    pub tilt: f64,
     /// The place of its axis, and its distortion.
     pub lens: Lens,
     /// Standard deviation of each part of a colour, in steps of the 256.
@@ -78,6 +80,7 @@ impl Default for CameraConfig {
             mount: CameraMount::default(),
             place: [0.0; 3],
             yaw: 0.0,
+            tilt: 0.0,
             lens: Lens::default(),
             noise: 0.0,
             stream: 0,
@@ -124,6 +127,7 @@ impl CameraConfig {
             })?;
         }
         check("camera yaw", self.yaw, "a finite number", |_| true)?;
+        check("camera tilt", self.tilt, "a finite number", |_| true)?;
         check("camera noise", self.noise, "0 to 100", |value| {
             (0.0..=100.0).contains(&value)
         })?;
@@ -173,6 +177,6 @@ impl CameraConfig {
             CameraMount::Body => base,
             CameraMount::Head => base.moved(mount.mount).panned(head.pan).tilted(head.tilt),
         };
-        carrier.moved(self.place).panned(self.yaw)
+        carrier.moved(self.place).panned(self.yaw).tilted(self.tilt)
     }
 }

@@ -9,8 +9,9 @@ pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;
 
 /// The plugins that the tests use.
-const NAMES: [&str; 12] = [
-    "ball", "drive", "example", "family", "father", "goon", "guard", "scan", "sim", "stop", "teleop", "vff",
+const NAMES: [&str; 13] = [
+    "ball", "depth", "drive", "example", "family", "father", "goon", "guard", "scan", "sim", "stop",
+    "teleop", "vff",
 ];
 
 /// Returns the folder with the plugins. The first call builds them, all at once: a second build of some of

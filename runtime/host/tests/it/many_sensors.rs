@@ -1,11 +1,11 @@
-//! Robots with several sensors, in lockstep: each has a laser that looks over low boxes.
+//! Robots among low boxes, in lockstep: with a laser that looks over them and other sensors, or with a depth camera.
 
 use std::path::Path;
 
 use jde_app::Application;
 use jde_host::{Handle, Lockstep, Options};
 use jde_loader::Plugins;
-use jde_types::{Bumpers, Point2D, Truth};
+use jde_types::{Bumpers, Truth};
 
 use crate::delivered::{self, ROOT, SECOND};
 
@@ -19,9 +19,9 @@ fn is_pressed(handle: &Handle) -> bool {
     bumpers.is_some_and(|bumpers| bumpers.any())
 }
 
-/// The delivered application of a robot with sonars and bumpers.
-fn application(plugins: &Plugins) -> Application {
-    let file = Path::new(ROOT).join("apps/sensors.toml");
+/// A delivered application.
+fn application(name: &str, plugins: &Plugins) -> Application {
+    let file = Path::new(ROOT).join("apps").join(name);
     jde_app::load(&file, &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
@@ -69,26 +69,34 @@ fn against_a_box(plugins: &Plugins) -> Application {
     jde_app::load(&file, &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-#[test]
-fn a_robot_wanders_for_40_s_among_boxes_that_its_laser_does_not_see() {
+/// Lets the robot of a delivered application wander for some seconds. Returns its way, m.
+fn wander(name: &str, seconds: u64) -> f64 {
     let plugins = delivered::plugins();
-    let mut running = Lockstep::start(application(&plugins), &plugins, Options::default())
+    let mut running = Lockstep::start(application(name, &plugins), &plugins, Options::default())
         .unwrap_or_else(|error| panic!("{error}"));
     let handle = running.handle();
-    let mut way = 0.0;
-    let mut last = Point2D::default();
-    for second in 1..=40 {
+    running.run_until(SECOND);
+    let (mut way, mut last) = (0.0, truth(&handle).pose);
+    for second in 2..=seconds {
         running.run_until(second * SECOND);
         let at = truth(&handle).pose;
-        way += if second == 1 {
-            0.0
-        } else {
-            (at.x - last.x).hypot(at.y - last.y)
-        };
-        last = Point2D { x: at.x, y: at.y };
+        way += last.distance_to(&at);
+        last = at;
     }
     assert_eq!(truth(&handle).collisions, 0);
+    way
+}
+
+#[test]
+fn a_robot_wanders_for_40_s_among_boxes_that_its_laser_does_not_see() {
+    let way = wander("sensors.toml", 40);
     assert!(way > 3.0, "{way} m");
+}
+
+#[test]
+fn a_robot_wanders_for_20_s_by_a_depth_camera_alone() {
+    let way = wander("depth.toml", 20);
+    assert!(way > 1.5, "{way} m");
 }
 
 #[test]

@@ -1,0 +1,40 @@
+//! The direction of each pixel, which is the same from picture to picture.
+
+use jde_depth::Level;
+use jde_vision::CameraModel;
+
+/// Directions in the level frame for a depth of 1 m; none where the lens shows nothing.
+#[derive(Debug)]
+pub(crate) struct Rays {
+    of: (CameraModel, Level, [usize; 2]),
+    directions: Vec<Option<[f64; 3]>>,
+}
+
+impl Rays {
+    /// Returns the directions of a camera, those that are kept if they are of it.
+    pub(crate) fn kept(
+        kept: &mut Option<Self>,
+        camera: CameraModel,
+        level: Level,
+        size: [usize; 2],
+    ) -> impl Iterator<Item = Option<[f64; 3]>> + '_ {
+        let of = (camera, level, size);
+        if kept.as_ref().is_none_or(|kept| kept.of != of) {
+            *kept = None;
+        }
+        let rays = kept.get_or_insert_with(|| {
+            let [columns, rows] = size;
+            let ray = |row: usize, column: usize| {
+                let ray = camera.ray([column as f64 + 0.5, row as f64 + 0.5])?;
+                let [x, y, z] = level.optical(ray);
+                Some([x, y, z - level.height])
+            };
+            let directions = (0..rows).flat_map(|row| (0..columns).map(move |column| ray(row, column)));
+            Self {
+                of,
+                directions: directions.collect(),
+            }
+        });
+        rays.directions.iter().copied()
+    }
+}
