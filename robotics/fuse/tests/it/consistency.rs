@@ -17,7 +17,7 @@ fn the_error_of_the_pose_is_what_the_covariance_says_over_a_hundred_drives() {
             bias_sum += ((filter.state().bias - drive.truth.bias) / filter.bias_deviation()).powi(2);
         }
         let (pose, bias) = (sum / 100.0, bias_sum / 100.0);
-        // 3 and 1 in the mean; 99.9 % of such sums of a hundred are within these bounds. What the base does is smoother than the filter
+        // 3 and 1 in the mean; 99.9 % of such means of a hundred are below these bounds. What the base does is smoother than the filter
         // assumes, and a standing base knows its bias better.
         assert!((0.8..3.9).contains(&pose), "{pose} with fixes: {has_fixes}");
         assert!(bias < 1.55, "{bias} with fixes: {has_fixes}");
