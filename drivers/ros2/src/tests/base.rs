@@ -35,8 +35,12 @@ fn a_scan_has_the_time_of_its_oldest_beam() {
     for (increment, before) in [(0.001, 0.0), (-0.001, 0.039)] {
         let mut scan = scan(40);
         (scan.time_increment, scan.scan_time) = (increment, 0.1);
+        // A beam before the start of the application would have the time 0.
+        let since = Duration::from_millis(100);
         let has_scan = |bench: &Bench<Base>| {
-            (bench.exported::<LaserScan>("laser")).is_some_and(|laser| laser.time_increment == increment)
+            (bench.exported::<LaserScan>("laser")).is_some_and(|laser| {
+                laser.time_increment == increment && Duration::from(laser.header.stamp) > since
+            })
         };
         fixture.until(|bench| {
             scan.header.stamp = stamp();
