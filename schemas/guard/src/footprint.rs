@@ -63,6 +63,10 @@ pub struct Footprint {
     /// Greatest range at which points count: more than the base needs to stop.
     #[modulation(default = 3.0, unit = "m", min = 0.5, max = 10.0, fixed)]
     reach: Modulation<f64>,
+    /// Whether a place that the laser has not seen counts as free: for a laser that measures nothing where nothing is within its
+    /// range. What is below, above or beside its view is not seen then, and the robot drives there.
+    #[modulation(default = false)]
+    allow_unknown: Modulation<bool>,
     /// Greatest age of a scan and of a pose. Above 1 s a scan is too old in any case.
     #[modulation(default = 0.5, unit = "s", min = 0.0, max = 3600.0)]
     stale: Modulation<f64>,
@@ -193,7 +197,7 @@ impl Footprint {
         let reach = self.reach.get(cx);
         let seen = self.scan_points.as_slice().iter().copied();
         let mut points: Vec<Point2D> = seen.filter(|point| distance(point) <= reach).collect();
-        points.extend(memory.boundary(&robot));
+        points.extend(memory.obstacles(&robot, self.allow_unknown.get(cx), cx.now()));
         if points.len() > MAX_POINTS {
             // The nearest ones decide.
             points.select_nth_unstable_by(MAX_POINTS, |a, b| distance(a).total_cmp(&distance(b)));
@@ -214,11 +218,11 @@ impl Footprint {
         self.scan_points.as_slice()
     }
 
-    /// The boundary of what is known to be free, in the frame of the base.
-    pub(crate) fn boundary(&self, cx: &Context) -> Vec<Point2D> {
+    /// What it takes for obstacles beside the newest scan, in the frame of the base.
+    pub(crate) fn remembered(&self, cx: &Context) -> Vec<Point2D> {
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
         match (&self.memory, pose) {
-            (Some(memory), Some(robot)) => memory.boundary(&robot).collect(),
+            (Some(memory), Some(robot)) => memory.obstacles(&robot, self.allow_unknown.get(cx), cx.now()),
             (None, _) | (_, None) => Vec::new(),
         }
     }

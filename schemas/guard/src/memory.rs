@@ -70,8 +70,9 @@ impl Memory {
         Ok(())
     }
 
-    /// Returns the boundary of what is known to be free, in the frame of the base, as far as it is in reach.
-    pub(crate) fn boundary(&self, robot: &Pose2D) -> impl Iterator<Item = Point2D> + use<> {
+    /// Returns what counts as an obstacle beside the newest scan, in the frame of the base, as far as it is in reach: the
+    /// boundary of what is known to be free, or only what was seen occupied if the unknown is allowed.
+    pub(crate) fn obstacles(&self, robot: &Pose2D, allow_unknown: bool, now: Duration) -> Vec<Point2D> {
         let (at, reach) = ((robot.x, robot.y), self.reach);
         let (sin, cos) = robot.theta.sin_cos();
         let local = move |(x, y)| {
@@ -81,7 +82,12 @@ impl Memory {
                 y: cos * dy - sin * dx,
             }
         };
-        let boundary = self.grid.boundary(at, reach).into_iter().map(local);
-        boundary.filter(move |point| point.x.hypot(point.y) <= reach)
+        let places: Vec<(f64, f64)> = if allow_unknown {
+            self.grid.remembered(at, reach, now, now).collect()
+        } else {
+            self.grid.boundary(at, reach)
+        };
+        let points = places.into_iter().map(local);
+        points.filter(|point| point.x.hypot(point.y) <= reach).collect()
     }
 }

@@ -14,7 +14,7 @@ impl Panel for Footprint {
         let place = |point: &Point2D| (point.x, point.y);
         let canvas = pen.canvas("around").forward_up();
         canvas.area((-3.0, -3.0), (3.0, 3.0)).show(|area| {
-            area.points(self.boundary(cx).iter().map(place)).ink(Ink::Faint);
+            area.points(self.remembered(cx).iter().map(place)).ink(Ink::Faint);
             area.points(self.seen().iter().map(place))
                 .ink(Ink::Seen)
                 .width(2.5);

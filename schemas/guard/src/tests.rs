@@ -107,6 +107,20 @@ fn a_robot_backs_only_to_where_it_came_from() {
 }
 
 #[test]
+fn where_the_laser_measures_nothing_the_robot_drives_only_if_the_unknown_is_allowed() {
+    // Nothing ahead is within the range of the laser; a wall is to the left.
+    let hall = scan(|angle| if angle > 0.5 { 1.0 / angle.sin() } else { f64::NAN });
+    let mut bench = guard(&hall, Pose2D::ORIGIN, 0.3);
+    assert!(judge(&bench, 0.3, 0.0).is_err(), "never seen");
+    bench.set("allow_unknown", true);
+    observe(&mut bench, &hall, Pose2D::ORIGIN, 0.3);
+    assert_eq!(judge(&bench, 0.3, 0.0), Ok(()));
+    observe(&mut bench, &wall_ahead(0.4), Pose2D::ORIGIN, 0.3);
+    observe(&mut bench, &hall, Pose2D::ORIGIN, 0.3);
+    assert!(judge(&bench, 0.3, 0.0).is_err(), "what went out of sight");
+}
+
+#[test]
 fn what_went_out_of_sight_still_counts() {
     let after_a_half_turn = |distance| {
         let mut bench = guard(&wall_ahead(distance), Pose2D::ORIGIN, 0.0);
