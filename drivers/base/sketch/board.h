@@ -20,6 +20,7 @@ struct Settings {
   float lag;             // s: after this time its speed has 63 % of a step
   float full;            // m/s: the speed of a wheel at the full voltage
   float proportional, integral;  // the controller of a wheel: 1/(m/s), 1/m
+  float correction;      // the greatest share of the voltage that the controller adds: see Wheel
   float empty, charged;  // V: those of its battery; 0 without one
 };
 
@@ -38,7 +39,7 @@ class Io {
   virtual int32_t ticks(uint8_t wheel) = 0;            // forward motion counts up; it may wrap
   virtual void drive(uint8_t wheel, float duty) = 0;   // from -1 to 1
   virtual void sense(Senses &senses) = 0;
-  virtual void send(const char *line, size_t size) = 0;
+  virtual bool send(const char *line, size_t size) = 0;  // takes a line without waiting, or returns that it cannot now
 };
 
 class Board {
@@ -53,7 +54,7 @@ class Board {
     for (uint8_t i = 0; i < wheels(); i++) ticks_[i] = io_.ticks(i);
     due_ = last_ = now;
     stand();
-    hello(0);
+    greet(0);
   }
 
   // Call it with each byte that arrives.
@@ -66,7 +67,7 @@ class Board {
         break;
       case Command::kHello:
         stand();
-        hello(command.number);
+        greet(command.number);
         break;
       case Command::kStop:
         stand();
@@ -75,10 +76,9 @@ class Board {
         commanded_ = now;
         acknowledged_ = command.number;
         has_command_ = true;
-        goal_.ahead = clamp(command.ahead / 1000.0f, settings_.speed);
-        goal_.left = clamp(command.left / 1000.0f, settings_.side);
-        goal_.turn = clamp(command.turn / 1000.0f, settings_.turn);
-        if (command.ahead == 0 && command.left == 0 && command.turn == 0) stalled_ = false;
+        goal_ = {command.ahead / 1000.0f, settings_.side > 0 ? command.left / 1000.0f : 0, command.turn / 1000.0f};
+        goal_ = within(goal_, settings_.speed, settings_.side, settings_.turn);
+        if (is_zero(goal_) && stands()) stalled_ = false;
         break;
     }
   }
@@ -86,6 +86,7 @@ class Board {
   // Call it as often as possible.
   void poll(uint32_t now) {
     if (has_command_ && now - commanded_ > kWatchdog) stand();
+    if (has_greeting_ && hello(greeting_)) has_greeting_ = false;
     if ((int32_t)(now - due_) < 0) return;
     due_ += kPeriod;
     if ((int32_t)(now - due_) >= 0) due_ = now + kPeriod;
@@ -105,20 +106,41 @@ class Board {
     goal_ = {0, 0, 0};
   }
 
+  // Whether its wheels stand, as far as they are measured.
+  bool stands() const {
+    for (uint8_t i = 0; i < wheels(); i++) {
+      if (!Wheel::is_still(speeds_[i], settings_.full)) return false;
+    }
+    return true;
+  }
+
+  // It says what it is, as soon as there is room for that line.
+  void greet(uint16_t number) {
+    greeting_ = number;
+    has_greeting_ = true;
+  }
+
   void control(float step) {
     const Settings &s = settings_;
     const Twist goal = stalled_ ? Twist{0, 0, 0} : goal_;
     twist_.ahead = approach(twist_.ahead, goal.ahead, s.acceleration * step, s.deceleration * step);
     twist_.left = approach(twist_.left, goal.left, s.acceleration * step, s.deceleration * step);
     twist_.turn = approach(twist_.turn, goal.turn, s.turn_acceleration * step, s.turn_deceleration * step);
+    // Without a goal the motors are off, whatever the encoders say: a controller whose encoder counts backwards would lead
+    // its wheel away from 0.
+    const bool rests = is_zero(goal) && is_zero(twist_);
     for (uint8_t i = 0; i < wheels(); i++) {
       const int32_t ticks = io_.ticks(i);
       const int32_t moved = (int32_t)((uint32_t)ticks - (uint32_t)ticks_[i]);
       ticks_[i] = ticks;
       speeds_[i] = moved / s.ticks_per_metre / step;
       const float wanted = wheel_speed(s.kind, s.track, twist_, i);
-      float duty = wheels_[i].control(wanted, speeds_[i], s.full, s.proportional, s.integral, step);
+      float duty = wheels_[i].control(wanted, speeds_[i], s.full, s.proportional, s.integral, s.correction, step);
       stalled_ = stalled_ || wheels_[i].is_stalled();
+      if (rests) {
+        wheels_[i].reset();
+        duty = 0;
+      }
       if (stalled_) {
         wheels_[i].reset();
         twist_ = {0, 0, 0};
@@ -128,8 +150,8 @@ class Board {
     }
   }
 
-  // What it is.
-  void hello(uint16_t number) {
+  // What it is. Returns whether the line is on its way.
+  bool hello(uint16_t number) {
     const Settings &s = settings_;
     LineWriter line;
     line.word("hello 1");
@@ -148,18 +170,18 @@ class Board {
     line.field("turn_down", thousandths(s.turn_deceleration));
     line.field("lag", thousandths(s.lag));
     if (s.kind == kDifferential) {
-      line.field("track", thousandths(s.track));
-      line.field("ticks", (int32_t)lroundf(s.ticks_per_metre));
+      line.field("track", (int32_t)lroundf(s.track * 1e6f));
+      line.field("ticks", thousandths(s.ticks_per_metre));
       line.field("bits", 32);
     }
     if (s.charged > 0) {
       line.field("empty", thousandths(s.empty));
       line.field("full", thousandths(s.charged));
     }
-    send(line);
+    return send(line);
   }
 
-  // What it senses now.
+  // What it senses now. A line that has no room is lost, as its number tells.
   void state(uint32_t now, float step) {
     LineWriter line;
     line.word("s ");
@@ -211,9 +233,9 @@ class Board {
 
   static int32_t thousandths(float value) { return (int32_t)lroundf(value * 1000); }
 
-  void send(LineWriter &line) {
+  bool send(LineWriter &line) {
     const size_t size = line.end();
-    io_.send(line.text(), size);
+    return io_.send(line.text(), size);
   }
 
   const Settings settings_;
@@ -226,7 +248,8 @@ class Board {
   Twist goal_ = {0, 0, 0};   // what is commanded
   Twist twist_ = {0, 0, 0};  // what the accelerations permit of it
   uint32_t commanded_ = 0, due_ = 0, last_ = 0, bad_ = 0;
-  uint16_t acknowledged_ = 0, sent_ = 0;
+  uint16_t acknowledged_ = 0, sent_ = 0, greeting_ = 0;
+  bool has_greeting_ = false;
   bool has_command_ = false;
   bool stalled_ = false;
 };

@@ -43,30 +43,48 @@ inline float approach(float value, float goal, float up, float down) {
   return value + (change < 0 ? -step : step);
 }
 
+// Lessens all parts by the same ratio to what is within the limits: an arc stays its arc.
+inline Twist within(const Twist &twist, float ahead, float left, float turn) {
+  const float parts[3] = {fabsf(twist.ahead), fabsf(twist.left), fabsf(twist.turn)}, limits[3] = {ahead, left, turn};
+  float ratio = 1;
+  for (uint8_t i = 0; i < 3; i++) {
+    if (parts[i] * ratio > limits[i]) ratio = limits[i] / parts[i];
+  }
+  return {twist.ahead * ratio, twist.left * ratio, twist.turn * ratio};
+}
+
+inline bool is_zero(const Twist &twist) { return twist.ahead == 0 && twist.left == 0 && twist.turn == 0; }
+
 inline float clamp(float value, float limit) { return value > limit ? limit : (value < -limit ? -limit : value); }
 
 // The speed control of a wheel: a share of its voltage for the speed it should have, and a PI controller for the rest.
 class Wheel {
  public:
-  // Time for which a wheel may be driven with all the voltage and not turn as it should, s: a motor that is blocked gets
-  // hot, and one whose encoder counts backwards would race.
+  // Time for which the controller may add all that it can while the wheel does not turn as it should, s: a motor that is
+  // blocked gets hot, and one whose encoder says nothing or counts backwards is not controlled.
   static constexpr float kPatience = 0.6f;
 
-  // Returns the duty from -1 to 1. `full` is the speed at the full duty, m/s; `proportional` is 1/(m/s), `integral` 1/m.
-  float control(float goal, float speed, float full, float proportional, float integral, float step) {
-    if (goal == 0 && fabsf(speed) < 0.02f * full) {
+  // Returns the duty from -1 to 1. `full` is the speed at the full duty, m/s; `proportional` is 1/(m/s), `integral` 1/m;
+  // `correction` is the greatest duty that they add to the one for the goal, or take from it.
+  float control(float goal, float speed, float full, float proportional, float integral, float correction, float step) {
+    if (goal == 0 && is_still(speed, full)) {
       reset();
       return 0;
     }
     const float error = goal - speed;
-    const float wanted = goal / full + proportional * error + sum_;
-    const float duty = clamp(wanted, 1);
-    // The sum does not grow while the duty has no room.
-    if (wanted == duty || wanted * error < 0) sum_ = clamp(sum_ + integral * error * step, 1);
-    const bool fails = fabsf(duty) >= 1 && fabsf(goal) > 0 && speed * goal < 0.1f * goal * goal;
-    failing_ = fails ? failing_ + step : 0;
+    const float wanted = proportional * error + sum_;
+    const float added = clamp(wanted, correction);
+    const float duty = clamp(goal / full + added, 1);
+    const bool has_room = wanted == added && duty == goal / full + added;
+    // The sum does not grow while it has no room.
+    if (has_room || wanted * error < 0) sum_ = clamp(sum_ + integral * error * step, correction);
+    const bool turns = goal == 0 ? speed * duty > 0 : speed * goal >= 0.1f * goal * goal;
+    failing_ = has_room || turns ? 0 : failing_ + step;
     return duty;
   }
+
+  // Whether a measured speed is that of a wheel that stands.
+  static bool is_still(float speed, float full) { return fabsf(speed) < 0.02f * full; }
 
   bool is_stalled() const { return failing_ > kPatience; }
 

@@ -7,8 +7,11 @@ use crate::line::Fields;
 
 /// The version of the protocol.
 const VERSION: &str = "1";
-/// Longest watchdog that the driver accepts, ms: a base drives on for this time if the driver is killed.
-const MAX_WATCHDOG: u16 = 1000;
+/// The watchdogs that the driver accepts, ms. A base drives on for this time if the driver is killed, and four commands
+/// must arrive in it.
+const WATCHDOGS: core::ops::RangeInclusive<u16> = 100..=1000;
+/// Shortest distance of wheels, m: less was not stated in µm.
+const MIN_TRACK: f64 = 0.01;
 /// Longest and shortest time between two lines of its state, ms.
 const PERIODS: core::ops::RangeInclusive<u16> = 5..=100;
 
@@ -70,8 +73,11 @@ impl Hello {
         };
         let kind = match &*text("kind")? {
             "differential" => Kind::Differential {
-                track: positive("track", number("track")?)?,
-                ticks_per_metre: positive("ticks", number("ticks")? * 1000.0)?,
+                // µm, and ticks for a kilometre.
+                track: Some(number("track")? / 1000.0)
+                    .filter(|track| *track >= MIN_TRACK)
+                    .ok_or("`track` must be 10000 µm or more")?,
+                ticks_per_metre: positive("ticks", number("ticks")?)?,
                 bits: fields
                     .number("bits")?
                     .filter(|bits| (8..=32).contains(bits))
@@ -85,10 +91,12 @@ impl Hello {
             }
         };
         let watchdog = fields.number("watchdog")?.unwrap_or(0);
-        if watchdog == 0 || watchdog > MAX_WATCHDOG {
+        if !WATCHDOGS.contains(&watchdog) {
             return Err(format!(
-                "it states a watchdog of {watchdog} ms instead of 1 to {MAX_WATCHDOG}: without one it would drive on \
-                 without this program"
+                "it states a watchdog of {watchdog} ms instead of {} to {}: without one it would drive on without this \
+                 program",
+                WATCHDOGS.start(),
+                WATCHDOGS.end()
             ));
         }
         let period = fields.number("period")?.unwrap_or(0);
@@ -127,6 +135,34 @@ impl Hello {
         Ok((reply, hello))
     }
 
+    /// Returns a command within its limits. All parts are lessened by the same ratio: an arc stays its arc.
+    pub(crate) fn within_limits(&self, command: &Twist) -> Twist {
+        let Twist { linear, angular } = self.limits;
+        let left = match self.kind {
+            Kind::Differential { .. } => 0.0,
+            Kind::Omnidirectional => command.linear.y,
+        };
+        let parts = [
+            (command.linear.x, linear.x),
+            (left, linear.y),
+            (command.angular.z, angular.z),
+        ];
+        let too_fast = parts.into_iter().filter(|(value, limit)| value.abs() > *limit);
+        let ratio = too_fast.fold(1.0, |ratio, (value, limit)| f64::min(ratio, limit / value.abs()));
+        let mut within = Twist::planar(command.linear.x * ratio, command.angular.z * ratio);
+        within.linear.y = left * ratio;
+        within
+    }
+
+    /// Whether a command within these limits, of which 0 limits nothing, can be more than the board's own permit.
+    pub(crate) fn is_slower_than(&self, limits: &Twist) -> bool {
+        let Twist { linear, angular } = self.limits;
+        let exceeds = |stated: f64, own: f64| stated == 0.0 || stated.abs() > own + 1e-6;
+        exceeds(limits.linear.x, linear.x)
+            || exceeds(limits.angular.z, angular.z)
+            || (self.kind == Kind::Omnidirectional && exceeds(limits.linear.y, linear.y))
+    }
+
     /// Returns what `connection` says of it.
     pub(crate) fn name(&self) -> String {
         let kind = match self.kind {
@@ -149,7 +185,7 @@ mod tests {
     use super::*;
 
     const GOOD: &str = "1 for=7 kind=differential firmware=jde-base/1 serial=kit-07 watchdog=300 period=20 speed=500 \
-                        turn=2000 up=800 lag=80 track=230 ticks=5200 bits=32 empty=9900 full=12600 news=1";
+                        turn=2000 up=800 lag=80 track=230000 ticks=5200500 bits=32 empty=9900 full=12600 news=1";
 
     fn read(text: &str) -> Result<(u16, Hello), String> {
         Hello::read(text.split(' '))
@@ -169,7 +205,7 @@ mod tests {
         );
         let kind = Kind::Differential {
             track: 0.23,
-            ticks_per_metre: 5200.0,
+            ticks_per_metre: 5200.5,
             bits: 32,
         };
         assert_eq!(hello.kind, kind);
@@ -180,16 +216,36 @@ mod tests {
     }
 
     #[test]
+    fn a_command_above_the_limits_of_a_board_is_lessened_in_all_its_parts() {
+        let (_, hello) = read(GOOD).expect("it is complete");
+        let mut command = Twist::planar(1.0, 2.0);
+        command.linear.y = 9.0;
+        assert_eq!(hello.within_limits(&command), Twist::planar(0.5, 1.0));
+        assert_eq!(
+            hello.within_limits(&Twist::planar(-0.5, -4.0)),
+            Twist::planar(-0.25, -2.0)
+        );
+        for (limits, is_slower) in [
+            (Twist::planar(0.5, 2.0), false),
+            (Twist::planar(0.6, 2.0), true),
+            (Twist::planar(0.5, 0.0), true),
+        ] {
+            assert_eq!(hello.is_slower_than(&limits), is_slower, "{limits:?}");
+        }
+    }
+
+    #[test]
     fn what_a_board_must_state_is_named_when_it_is_missing_or_wrong() {
         for (old, new, words) in [
             ("1 for", "2 for", "version `2`"),
             ("watchdog=300", "watchdog=0", "it would drive on"),
             ("watchdog=300 ", "", "a watchdog of 0 ms"),
-            ("watchdog=300", "watchdog=5000", "5000 ms instead of 1 to 1000"),
+            ("watchdog=300", "watchdog=5000", "5000 ms instead of 100 to 1000"),
+            ("watchdog=300", "watchdog=1", "a watchdog of 1 ms"),
             ("period=20", "period=500", "every 500 ms"),
             ("speed=500", "speed=0", "`speed`"),
             ("turn=2000", "turn=-3", "`turn=-3`"),
-            ("track=230", "track=0", "`track`"),
+            ("track=230000", "track=230", "`track`"),
             ("bits=32", "bits=64", "`bits`"),
             ("kind=differential", "kind=boat", "`boat`"),
             ("kind=differential", "kind=omnidirectional", "`side`"),

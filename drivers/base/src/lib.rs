@@ -47,12 +47,12 @@ pub(crate) struct Serial {
     start: Modulation<Pose2D>,
     /// Greatest speeds that any command asks of the base, in either direction; 0 limits none. Those of the board count, too.
     #[modulation(default = LIMITS, fixed)]
-    #[expect(dead_code, reason = "the host applies them to each command")]
     velocity_limits: Modulation<Twist>,
     /// Speeds of the base. A differential one ignores the speed to the side.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,
-    /// Pose and velocity from the wheels. After a loss, and when the board starts anew, it goes on from the last pose.
+    /// Pose and velocity from the wheels. After a loss, and when the board starts anew, it goes on from the last pose. None
+    /// while the board has stopped its motors because a wheel is blocked, or its encoder fails.
     #[export(validity = "500ms")]
     odometry: Export<Odometry>,
     /// The counts of the wheels of a differential base.
@@ -70,7 +70,7 @@ pub(crate) struct Serial {
     /// How the base follows its commands, as the board states it; 0 is unknown.
     #[export(lasting)]
     dynamics: Export<BaseDynamics>,
-    /// What the motors are led to, if the board states its accelerations.
+    /// What the motors are led to, if the board states its accelerations, while it follows commands.
     #[export]
     setpoint: Export<Twist>,
     /// Whether the board is connected and what it is, or why not.
@@ -88,6 +88,8 @@ struct BaseState {
     ticks: [i64; 2],
     hello: Option<Box<Hello>>,
     setpoint: Setpoint,
+    /// Whether the board follows commands: it acknowledges one, and has not stopped its motors.
+    is_following: bool,
     /// Whether there are exports to retract.
     has_exports: bool,
 }
@@ -142,7 +144,20 @@ impl Serial {
         let mut newest = None;
         for datum in data {
             match datum {
-                Data::Hello(hello) => self.state.hello = Some(hello),
+                Data::Hello(hello) => {
+                    if hello.is_slower_than(&self.velocity_limits.get(cx)) {
+                        let Twist { linear, angular } = hello.limits;
+                        warn!(
+                            cx,
+                            "the board's limits, {} m/s, {} m/s to the side and {} rad/s, are below `velocity_limits`: faster \
+                             commands are lessened after guards have judged them",
+                            linear.x,
+                            linear.y,
+                            angular.z
+                        );
+                    }
+                    self.state.hello = Some(hello);
+                }
                 Data::State { report, step, age } => {
                     let pose = self.state.pose.unwrap_or(Pose2D::ORIGIN);
                     self.state.pose = Some(pose.transform(&step.motion));
@@ -163,14 +178,8 @@ impl Serial {
 
     /// Returns the speeds of a command that the board can have.
     fn within_limits(&self, twist: &Twist) -> Twist {
-        let Some(hello) = &self.state.hello else {
-            return Twist::ZERO;
-        };
-        let Twist { linear, angular } = hello.limits;
-        let clamp = |value: f64, limit: f64| value.clamp(-limit, limit);
-        let mut within = Twist::planar(clamp(twist.linear.x, linear.x), clamp(twist.angular.z, angular.z));
-        within.linear.y = clamp(twist.linear.y, linear.y);
-        within
+        let hello = self.state.hello.as_ref();
+        hello.map_or(Twist::ZERO, |hello| hello.within_limits(twist))
     }
 
     fn address(&self, cx: &Context) -> Result<Address> {

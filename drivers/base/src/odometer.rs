@@ -9,6 +9,7 @@ use jde_schema::prelude::{Pose2D, Twist};
 
 use crate::hello::{Hello, Kind};
 use crate::report::Motion;
+use crate::session::SILENCE;
 
 /// Time over which speeds are measured: a tick in one period of a board is a coarse number.
 const WINDOW: Duration = Duration::from_millis(60);
@@ -16,6 +17,8 @@ const WINDOW: Duration = Duration::from_millis(60);
 const MARGIN: f64 = 3.0;
 /// What a base may seem to move beyond that, m at each wheel: some ticks of a coarse encoder.
 const SLACK: f64 = 0.05;
+/// What an omnidirectional base may seem to turn beyond that, rad.
+const TURN_SLACK: f64 = 0.25;
 
 /// What a base did since the line before.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,8 +35,10 @@ pub(crate) struct Step {
 #[derive(Debug)]
 pub(crate) struct Odometer {
     kind: Kind,
-    /// The greatest speed that a wheel can seem to have, m/s.
+    /// The greatest speed that a wheel can seem to have, m/s; of an omnidirectional base, its own.
     fastest: f64,
+    /// The greatest turn rate that the base can seem to have, rad/s.
+    fastest_turn: f64,
     /// The last count of each wheel, and the board's time of it.
     last: Option<(Duration, [u32; 2])>,
     /// The ways of the wheels in the window, m, and the times of their ends.
@@ -41,17 +46,42 @@ pub(crate) struct Odometer {
 }
 
 impl Odometer {
-    pub(crate) fn new(hello: &Hello) -> Self {
-        let track = match hello.kind {
-            Kind::Differential { track, .. } => track,
-            Kind::Omnidirectional => 0.0,
+    /// # Errors
+    /// The counts of the board wrap too soon, in words.
+    pub(crate) fn new(hello: &Hello) -> Result<Self, String> {
+        let Twist { linear, angular } = hello.limits;
+        let fastest = match hello.kind {
+            Kind::Differential { track, .. } => linear.x + angular.z * track / 2.0,
+            Kind::Omnidirectional => linear.x.hypot(linear.y),
         };
-        Self {
+        let odometer = Self {
             kind: hello.kind,
-            fastest: MARGIN * (hello.limits.linear.x + hello.limits.angular.z * track / 2.0),
+            fastest: MARGIN * fastest,
+            fastest_turn: MARGIN * angular.z,
             last: None,
             ways: VecDeque::new(),
+        };
+        if let Kind::Differential {
+            ticks_per_metre,
+            bits,
+            ..
+        } = hello.kind
+        {
+            let (half, longest) = (half_a_wrap(ticks_per_metre, bits), odometer.longest(SILENCE));
+            if half < longest {
+                return Err(format!(
+                    "`bits` are too few: its counts wrap after {:.2} m, and must not within {:.2} m",
+                    2.0 * half,
+                    2.0 * longest
+                ));
+            }
         }
+        Ok(odometer)
+    }
+
+    /// The longest way that is a motion in this time, m.
+    fn longest(&self, time: Duration) -> f64 {
+        SLACK + self.fastest * time.as_secs_f64()
     }
 
     /// Takes what was measured at `time` of the board's clock.
@@ -76,11 +106,21 @@ impl Odometer {
                 let ticks: [i64; 2] =
                     core::array::from_fn(|wheel| difference(before[wheel], counts[wheel], bits));
                 let ways = ticks.map(|ticks| ticks as f64 / ticks_per_metre);
-                let longest = SLACK + self.fastest * time.saturating_sub(then).as_secs_f64();
-                if let Some(way) = ways.into_iter().find(|way| way.abs() > longest) {
+                let gap = time.saturating_sub(then);
+                let longest = self.longest(gap);
+                let problem = if longest >= half_a_wrap(ticks_per_metre, bits) {
+                    Some(format!(
+                        "no line came for {:.1} s, and its counts may have wrapped",
+                        gap.as_secs_f64()
+                    ))
+                } else {
+                    let leap = ways.into_iter().find(|way| way.abs() > longest);
+                    leap.map(|way| format!("its counts leapt by {way:.2} m, which is no motion"))
+                };
+                if let Some(problem) = problem {
                     self.ways.clear();
                     self.ways.push_back((time, [0.0; 2]));
-                    return Err(format!("its counts leapt by {way:.2} m, which is no motion"));
+                    return Err(problem);
                 }
                 self.ways.push_back((time, ways));
                 Ok(Step {
@@ -93,7 +133,24 @@ impl Odometer {
                 let mut twist = Twist::planar(ahead, turn);
                 twist.linear.y = left;
                 let last = self.last.replace((time, [0; 2]));
-                let passed = last.map_or(0.0, |(then, _)| time.saturating_sub(then).as_secs_f64());
+                let Some((then, _)) = last else {
+                    return Ok(Step::default());
+                };
+                let gap = time.saturating_sub(then);
+                let passed = gap.as_secs_f64();
+                if gap > SILENCE {
+                    return Err(format!(
+                        "no line came for {passed:.1} s, and how it moved is unknown"
+                    ));
+                }
+                let turned = turn.abs() * passed;
+                if ahead.hypot(left) * passed > self.longest(gap)
+                    || turned > TURN_SLACK + self.fastest_turn * passed
+                {
+                    return Err(format!(
+                        "its speeds {ahead:.2} m/s, {left:.2} m/s and {turn:.2} rad/s are no motion"
+                    ));
+                }
                 Ok(Step {
                     motion: arc(&twist, passed),
                     twist,
@@ -125,6 +182,11 @@ impl Odometer {
     }
 }
 
+/// The longest way that counts can tell from its opposite, m.
+fn half_a_wrap(ticks_per_metre: f64, bits: u32) -> f64 {
+    f64::from(bits - 1).exp2() / ticks_per_metre
+}
+
 /// The speeds of a base whose wheels have these.
 fn differential([left, right]: [f64; 2], track: f64) -> Twist {
     Twist::planar(f64::midpoint(left, right), (right - left) / track)
@@ -153,9 +215,35 @@ mod tests {
                 bits,
             },
             fastest: 3.0,
+            fastest_turn: 6.0,
             last: None,
             ways: VecDeque::new(),
         }
+    }
+
+    #[test]
+    fn narrow_counts_that_may_have_wrapped_in_a_gap_are_no_motion() {
+        let mut odometer = odometer(10);
+        let mut step = |ms, count: u32| odometer.step(Duration::from_millis(ms), Motion::Counts([count; 2]));
+        assert!(step(0, 100).is_ok() && step(20, 110).is_ok());
+        let reason = step(320, 120).expect_err("512 ticks are 0.51 m, and it may have made 0.95 m");
+        assert!(reason.contains("may have wrapped"), "{reason}");
+    }
+
+    #[test]
+    fn speeds_that_no_base_has_and_those_after_a_gap_are_no_motion() {
+        let mut odometer = Odometer {
+            kind: Kind::Omnidirectional,
+            ..odometer(32)
+        };
+        let mut step = |ms, speeds| odometer.step(Duration::from_millis(ms), Motion::Speeds(speeds));
+        assert_eq!(step(0, [0.1, 0.0, 0.0]), Ok(Step::default()));
+        assert!(step(100, [0.4, -0.3, 1.0]).is_ok_and(|step| step.twist.linear.y == -0.3));
+        for (ms, speeds) in [(200, [9.0, 0.0, 0.0]), (300, [0.0, 0.0, 20.0])] {
+            assert!(step(ms, speeds).is_err_and(|reason| reason.contains("no motion")));
+        }
+        assert!(step(1000, [0.1, 0.0, 0.0]).is_err_and(|reason| reason.contains("for 0.7 s")));
+        assert!(step(1100, [0.1, 0.0, 0.0]).is_ok());
     }
 
     #[test]

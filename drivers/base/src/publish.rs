@@ -20,8 +20,19 @@ impl Serial {
         }
         let header = Header::new(time, "base_link");
         let pose = self.state.pose.unwrap_or(Pose2D::ORIGIN);
-        self.odometry
-            .write_at(cx, Odometry::planar(time, pose, step.twist), time);
+        let was_following = self.state.is_following;
+        self.state.is_following = !report.stalled && report.acknowledged.is_some();
+        if was_following && !self.state.is_following {
+            self.state.setpoint = jde_motion::Setpoint::default();
+            self.setpoint.retract(cx);
+        }
+        // A board that has stopped its motors may have an encoder that counts wrongly.
+        if report.stalled {
+            self.odometry.retract(cx);
+        } else {
+            self.odometry
+                .write_at(cx, Odometry::planar(time, pose, step.twist), time);
+        }
         if let (Kind::Differential { ticks_per_metre, .. }, Motion::Counts(_)) = (hello.kind, report.motion) {
             let [left, right] = self.state.ticks;
             let encoders = WheelEncoders {
@@ -81,7 +92,7 @@ impl Serial {
     /// Publishes what the motors are led to by a command that counts from now on.
     pub(crate) fn publish_setpoint(&mut self, cx: &Context, wanted: Twist) {
         let Some(hello) = &self.state.hello else { return };
-        if self.state.has_exports && hello.dynamics.check().is_ok() {
+        if self.state.has_exports && self.state.is_following && hello.dynamics.check().is_ok() {
             let strives = self.state.setpoint.update(cx.now(), wanted, &hello.dynamics);
             self.setpoint.write(cx, strives);
         }
@@ -93,6 +104,7 @@ impl Serial {
             return;
         }
         self.state.setpoint = jde_motion::Setpoint::default();
+        self.state.is_following = false;
         self.odometry.retract(cx);
         self.encoders.retract(cx);
         self.bumpers.retract(cx);

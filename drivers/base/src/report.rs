@@ -12,8 +12,8 @@ pub(crate) struct Report {
     pub(crate) time: u32,
     /// The command that is in force.
     pub(crate) acknowledged: Option<u16>,
-    /// The lines that it received and refused.
-    pub(crate) bad: u32,
+    /// The lines that it received and refused, modulo 2³².
+    pub(crate) bad: Option<u32>,
     pub(crate) motion: Motion,
     pub(crate) stalled: bool,
     /// Whether each bumper is pressed, from left to right.
@@ -54,17 +54,12 @@ impl Report {
             Kind::Differential { .. } => Motion::Counts([count("left")?, count("right")?]),
             Kind::Omnidirectional => Motion::Speeds([speed("vx")?, speed("vy")?, speed("wz")?]),
         };
-        let imu = match [vector(&fields, "gyro", 1e6)?, vector(&fields, "acc", 1e3)?] {
-            [Some(gyro), Some(acceleration)] => Some([gyro, acceleration]),
-            [None, None] => None,
-            [Some(_), None] => return Err(missing("acc")),
-            [None, Some(_)] => return Err(missing("gyro")),
-        };
+        let [gyro, acceleration] = [vector(&fields, "gyro", 1e6)?, vector(&fields, "acc", 1e3)?];
         Ok(Self {
             number: number.ok_or("it has no number")?,
             time: fields.number("t")?.ok_or_else(|| missing("t"))?,
             acknowledged: fields.number("ack")?,
-            bad: fields.number("bad")?.unwrap_or(0),
+            bad: fields.number("bad")?,
             motion,
             stalled: fields.number::<u8>("stalled")?.is_some_and(|value| value > 0),
             front: bumpers(&fields, "front")?,
@@ -72,7 +67,7 @@ impl Report {
             battery: fields
                 .number::<u32>("battery")?
                 .map(|millivolts| millivolts as f32 / 1000.0),
-            imu,
+            imu: gyro.zip(acceleration).map(<[_; 2]>::from),
         })
     }
 }
@@ -119,6 +114,8 @@ mod tests {
             (&little.front, little.battery, little.imu, little.acknowledged),
             (&None, None, None, None)
         );
+        let half = read("7 t=40 left=1 right=1 gyro=1,2,3", KIND).expect("it is complete");
+        assert_eq!((half.imu, half.bad), (None, None), "an inertial unit has both");
         let much = read(
             "7 t=40 ack=3 vx=100 vy=-50 wz=7 stalled=1 front=01 battery=11700 gyro=1000000,0,-500000 acc=0,0,9810",
             Kind::Omnidirectional,
@@ -140,7 +137,6 @@ mod tests {
             ("x t=40 left=1 right=1", "no number"),
             ("7 t=-40 left=1 right=1", "`t=-40`"),
             ("7 t=40 left=1 right=1 front=012", "`front=012`"),
-            ("7 t=40 left=1 right=1 gyro=1,2,3", "`acc` is missing"),
             ("7 t=40 left=1 right=1 gyro=1,2 acc=1,2,3", "`gyro=1,2`"),
         ] {
             let reason = read(text, KIND).expect_err(text);

@@ -10,6 +10,10 @@ use crate::line::line;
 
 /// Longest time without an acknowledgement. A line waits for the board's period and for ours.
 const PATIENCE: Duration = Duration::from_millis(500);
+/// Longest round trip of a command and its acknowledgement, beyond the board's period.
+const ROUND_TRIP: Duration = Duration::from_millis(200);
+/// Time for which all round trips may be longer.
+const SLOW: Duration = Duration::from_secs(2);
 /// A board hears so many commands in the time of its watchdog: three may be lost.
 const COMMANDS_A_WATCHDOG: u32 = 4;
 /// Longest time between two commands, for a board with a long watchdog.
@@ -22,6 +26,10 @@ pub(super) struct Commands {
     next: u16,
     /// The last one: its speeds in thousandths, and when it was sent.
     last: Option<([i32; 3], Duration)>,
+    /// The last one that the board has acknowledged; the first before that.
+    acknowledged: u16,
+    /// Since when all round trips are too long.
+    slow_since: Option<Duration>,
     /// Those that are not acknowledged yet, with the times at which they were sent.
     pending: VecDeque<(u16, Duration)>,
     /// Since when the speeds are 0.
@@ -55,17 +63,43 @@ impl Commands {
         line(&text)
     }
 
-    /// Notes the command that the board has in force. Returns whether it is one of these.
-    pub(super) fn acknowledge(&mut self, number: u16) -> bool {
+    /// When a command was sent that is not acknowledged yet.
+    pub(super) fn sent(&self, number: u16) -> Option<Duration> {
+        let command = self.pending.iter().find(|(other, _)| *other == number);
+        command.map(|(_, sent)| *sent)
+    }
+
+    /// Notes at `now` the command that the board has in force. Returns whether it can be one of these.
+    pub(super) fn acknowledge(&mut self, number: u16, hello: &Hello, now: Duration) -> bool {
         let Some(last) = self.last.map(|_| self.next.wrapping_sub(1)) else {
             return false;
         };
-        if (last.wrapping_sub(number) as i16) < 0 {
+        if number.wrapping_sub(self.acknowledged) > last.wrapping_sub(self.acknowledged) {
             return false;
         }
+        if let Some(sent) = self.sent(number) {
+            let longest = ROUND_TRIP + Duration::from_millis(hello.period.into());
+            if now.saturating_sub(sent) > longest {
+                self.slow_since.get_or_insert(now);
+            } else {
+                self.slow_since = None;
+            }
+        }
+        self.acknowledged = number;
         self.pending
             .retain(|(sent, _)| (number.wrapping_sub(*sent) as i16) < 0);
         true
+    }
+
+    /// Whether the last round trip was not too long.
+    pub(super) fn is_quick(&self) -> bool {
+        self.slow_since.is_none()
+    }
+
+    /// Whether the round trips have been too long for too long a time.
+    pub(super) fn is_slow(&self, now: Duration) -> bool {
+        self.slow_since
+            .is_some_and(|since| now.saturating_sub(since) > SLOW)
     }
 
     /// Whether a command has waited too long for its acknowledgement.

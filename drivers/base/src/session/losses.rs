@@ -16,20 +16,37 @@ pub(super) struct Losses {
     pub(super) refused: u64,
 }
 
-/// Says them, not too often.
+/// Keeps a warning from being said too often.
+#[derive(Debug, Default)]
+pub(super) struct Throttle {
+    next: Duration,
+}
+
+impl Throttle {
+    /// Whether it is time to say it, and then not for a while.
+    pub(super) fn is_time(&mut self, now: Duration) -> bool {
+        let is_time = now >= self.next;
+        if is_time {
+            self.next = now + PAUSE;
+        }
+        is_time
+    }
+}
+
+/// Says the losses.
 #[derive(Debug, Default)]
 pub(super) struct Warnings {
     said: Losses,
-    next: Duration,
+    throttle: Throttle,
 }
 
 impl Warnings {
     /// Returns what to say of these losses, if it is new and time.
     pub(super) fn update(&mut self, losses: Losses, now: Duration) -> Option<String> {
-        if losses == self.said || now < self.next {
+        if losses == self.said || !self.throttle.is_time(now) {
             return None;
         }
-        (self.said, self.next) = (losses, now + PAUSE);
+        self.said = losses;
         let Losses {
             missing,
             corrupt,

@@ -17,7 +17,7 @@ use crate::odometer::{Odometer, Step};
 use crate::report::Report;
 use clock::Clock;
 use commands::Commands;
-use losses::{Losses, Warnings};
+use losses::{Losses, Throttle, Warnings};
 use rest::Rest;
 
 /// A board is lost after this time without a line of its state that is new: as long as `odometry` is valid.
@@ -26,6 +26,10 @@ pub(crate) const SILENCE: Duration = Duration::from_millis(500);
 const START: Duration = Duration::from_secs(6);
 /// Time between two greetings.
 const GREETING: Duration = Duration::from_millis(300);
+
+/// What `connection` says while the board reports `stalled`.
+const STALLED: &str = "a wheel is blocked, or its encoder is silent or counts backwards: the motors are off until a command to \
+                       stand";
 
 /// The configuration of the driver.
 #[derive(Clone, Debug)]
@@ -60,6 +64,9 @@ pub(crate) struct BaseSession {
     tally: Tally,
     losses: Losses,
     warnings: Warnings,
+    /// The warnings of lines without a motion, and without a command in force.
+    leaps: Throttle,
+    idleness: Throttle,
 }
 
 /// What arrived since the last line that counts.
@@ -88,12 +95,12 @@ struct Board {
     commands: Commands,
     rest: Rest,
     /// The number of the last line, and its count of refused lines.
-    last: Option<(u16, u32)>,
+    last: Option<(u16, Option<u32>)>,
     /// Until when a line must arrive.
     deadline: Duration,
     is_ready: bool,
-    /// Whether `connection` says that the wheels run.
-    is_running: bool,
+    /// Whether `connection` says that the wheels run, and that they are stopped.
+    trouble: [bool; 2],
 }
 
 impl Protocol for BaseSession {
@@ -115,6 +122,8 @@ impl Protocol for BaseSession {
             tally: Tally::default(),
             losses: Losses::default(),
             warnings: Warnings::default(),
+            leaps: Throttle::default(),
+            idleness: Throttle::default(),
         };
         session.greet(now);
         session.send_greeting(now, events);
@@ -229,17 +238,19 @@ impl BaseSession {
                         "its serial number is {number}, not {wanted} as `serial_number` says: are two boards swapped?"
                     ));
                 }
+                let odometer = Odometer::new(&hello)
+                    .map_err(|reason| format!("its greeting cannot be used: {reason}"))?;
                 events.push(Event::Data(Data::Hello(Box::new(hello.clone()))));
                 self.tally = Tally::default();
                 self.phase = Phase::Known(Box::new(Board {
-                    odometer: Odometer::new(&hello),
+                    odometer,
                     clock: Clock::default(),
                     commands: Commands::default(),
                     rest: Rest::default(),
                     last: None,
                     deadline: now + SILENCE,
                     is_ready: false,
-                    is_running: false,
+                    trouble: [false; 2],
                     hello,
                 }));
             }
@@ -254,10 +265,10 @@ impl BaseSession {
         Ok(())
     }
 
-    /// The board has started anew: it stands, and its counts begin anew.
+    /// The board has started anew: its counts begin anew, too.
     fn restart(&mut self, now: Duration, events: &mut Vec<Event<Data>>) {
         events.push(Event::Warn(
-            "the board started anew and stood still; the pose goes on from the last one: is its power too weak for its motors?"
+            "the board started anew; the pose goes on from the last one: is its power too weak for its motors?"
                 .to_owned(),
         ));
         self.greet(now);
@@ -274,17 +285,20 @@ impl BaseSession {
         };
         let report = Report::read(words, board.hello.kind)
             .map_err(|reason| format!("its state cannot be used: {reason}"))?;
-        let Some(time) = board.clock.read(report.time, now) else {
+        let sent = report.acknowledged.and_then(|number| board.commands.sent(number));
+        let Some(time) = board.clock.read(report.time, now, sent) else {
             self.restart(now, events);
             return Ok(());
         };
         if let Some((number, refused)) = board.last.replace((report.number, report.bad)) {
             let missing = report.number.wrapping_sub(number).wrapping_sub(1);
             self.losses.missing += u64::from(missing);
-            self.losses.refused += u64::from(report.bad.wrapping_sub(refused));
+            let more = report.bad.zip(refused);
+            let more = more.and_then(|(bad, before)| bad.checked_sub(before));
+            self.losses.refused += u64::from(more.unwrap_or(0));
         }
         if let Some(number) = report.acknowledged
-            && !board.commands.acknowledge(number)
+            && !board.commands.acknowledge(number, &board.hello, now)
         {
             return Err(
                 "it has a command in force that this driver did not give: who else drives it?".to_owned(),
@@ -293,27 +307,38 @@ impl BaseSession {
         if time.age < SILENCE && board.commands.is_ignored(now) {
             return Err("it does not acknowledge commands: is its RX wired to the adapter's TX?".to_owned());
         }
-        let step = board
-            .odometer
-            .step(time.board, report.motion)
-            .unwrap_or_else(|words| {
-                events.push(Event::Warn(format!(
-                    "{words}; the pose goes on from the last one"
-                )));
-                Step::default()
-            });
+        if board.commands.is_slow(now) {
+            return Err(
+                "its acknowledgements take more than 0.2 s: is the line too slow for its lines, or a network in between?"
+                    .to_owned(),
+            );
+        }
+        let step = match board.odometer.step(time.board, report.motion) {
+            Ok(step) => step,
+            // Such a line says nothing of the base.
+            Err(words) => {
+                if self.leaps.is_time(now) {
+                    events.push(Event::Warn(format!(
+                        "{words}; the pose goes on from the last one"
+                    )));
+                }
+                return Ok(());
+            }
+        };
         if time.age < SILENCE {
             board.deadline = now + SILENCE;
             self.tally = Tally::default();
         }
-        if !board.is_ready && report.acknowledged.is_some() {
+        if !board.is_ready && report.acknowledged.is_some() && board.commands.is_quick() {
             board.is_ready = true;
             events.push(Event::Ready(board.hello.name()));
         }
         if board.is_ready {
             let standing = board.commands.standing_since();
-            let problem = board.rest.update(&step.twist, standing, &board.hello, now);
-            if problem.is_some() != core::mem::replace(&mut board.is_running, problem.is_some()) {
+            let running = board.rest.update(&step.twist, standing, &board.hello, now);
+            let trouble = [running.is_some(), report.stalled];
+            if trouble != core::mem::replace(&mut board.trouble, trouble) {
+                let problem = running.or_else(|| report.stalled.then(|| STALLED.to_owned()));
                 let name = board.hello.name();
                 events.extend(problem.clone().map(Event::Warn));
                 events.push(Event::Ready(match problem {
@@ -321,6 +346,13 @@ impl BaseSession {
                     None => name,
                 }));
             }
+        }
+        if board.is_ready && report.acknowledged.is_none() && time.age < SILENCE && self.idleness.is_time(now)
+        {
+            events.push(Event::Warn(
+                "it has no command in force: were commands lost, or is its watchdog shorter than it says?"
+                    .to_owned(),
+            ));
         }
         events.push(Event::Data(Data::State {
             report: Box::new(report),

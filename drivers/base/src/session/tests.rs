@@ -265,6 +265,7 @@ fn blocked_wheels_and_an_encoder_that_counts_backwards_stop_the_motors_until_a_c
         run.twist = Twist::planar(0.3, 0.0);
         run.run(3000);
         assert!(run.last.as_ref().is_some_and(|report| report.stalled), "{fault}");
+        assert!(run.names[1].starts_with("a wheel is blocked"), "{:?}", run.names);
         run.wired.board.change(fault);
         run.run(500);
         near(run.speed(), 0.0, 0.01);
@@ -274,6 +275,96 @@ fn blocked_wheels_and_an_encoder_that_counts_backwards_stop_the_motors_until_a_c
         run.run(2000);
         near(run.speed(), 0.3, 0.03);
     }
+}
+
+#[test]
+fn wheels_whose_encoders_count_backwards_stand_when_they_must() {
+    let mut run = Run::ready("differential");
+    run.twist = Twist::planar(0.3, 0.0);
+    run.run(1000);
+    run.wired.board.change("reverse");
+    run.twist = Twist::ZERO;
+    run.run(1500);
+    near(run.speed(), 0.0, 0.01);
+    // Nobody commands anything, and a person pushes it.
+    let mut board = HostBoard::new("differential", "kit-07");
+    board.change("reverse");
+    board.change("push");
+    board.advance(1000, &[]);
+    near(board.truth.speeds[0], 0.0, 0.01);
+}
+
+#[test]
+fn an_encoder_that_counts_nothing_adds_little_voltage_and_stops_the_motors() {
+    let mut run = Run::ready("differential");
+    run.wired.board.change("dead");
+    run.twist = Twist::planar(0.2, 0.0);
+    let mut fastest = 0.0;
+    for _ in 0..300 {
+        run.run(STEP);
+        fastest = f64::max(fastest, run.speed());
+    }
+    assert!(fastest < 0.4, "{fastest} m/s of the middle");
+    assert!(run.last.as_ref().is_some_and(|report| report.stalled));
+    near(run.speed(), 0.0, 0.01);
+}
+
+#[test]
+fn a_line_that_is_always_late_is_refused_although_its_delay_is_constant() {
+    for is_ready in [true, false] {
+        let mut run = Run::new("differential");
+        if is_ready {
+            run.run(200);
+        }
+        run.wired.fault = Fault::Late(300);
+        let (reason, after) = run.until_lost();
+        assert!(reason.contains("take more than 0.2 s"), "{reason}");
+        assert!(after < 4000, "{after} ms");
+        assert_eq!(run.names.len(), usize::from(is_ready));
+    }
+}
+
+#[test]
+fn counts_that_leap_say_nothing_of_the_base() {
+    let mut run = Run::ready("differential");
+    run.twist = Twist::planar(0.3, 0.0);
+    run.run(1000);
+    let (pose, before) = (run.pose, run.last.clone().expect("a line"));
+    for leap in 1..3 {
+        let number = before.number.wrapping_add(leap);
+        let time = before.time.wrapping_add(leap.into());
+        let count = 1_000_000 * i32::from(leap);
+        run.receive(&line(&format!("s {number} t={time} left={count} right=0")));
+    }
+    assert_eq!((run.pose, run.last.clone()), (pose, Some(before)));
+    assert_eq!(run.warnings.len(), 1, "{:?}", run.warnings);
+    assert!(run.warnings[0].contains("leapt"), "{:?}", run.warnings);
+}
+
+#[test]
+fn a_board_whose_line_has_no_room_drives_on_and_says_what_it_is_later() {
+    let mut board = HostBoard::new("differential", "kit-07");
+    board.advance(100, &[]);
+    board.change("full");
+    board.advance(0, &line("? 9"));
+    assert_eq!(board.advance(200, &line("v 8 500 0 0")), b"");
+    assert!(board.truth.speeds[0] > 0.05);
+    let sent = [board.change("full"), board.advance(50, &[])].concat();
+    let sent = String::from_utf8(sent).expect("a text");
+    assert!(
+        sent.starts_with("hello 1 for=9 ") && sent.contains(" ack=8 "),
+        "{sent}"
+    );
+}
+
+#[test]
+fn an_arc_that_is_too_fast_stays_its_arc() {
+    let mut board = HostBoard::new("differential", "kit-07");
+    for number in 0..30 {
+        board.advance(100, &line(&format!("v {number} 1000 0 2000")));
+    }
+    near(board.truth.speeds[0], 0.5, 0.03);
+    near(board.truth.speeds[2], 1.0, 0.1);
 }
 
 #[test]
@@ -309,6 +400,11 @@ fn after_a_pause_of_the_driver_the_lines_that_waited_are_old_and_the_base_stands
 fn a_board_that_another_program_drives_is_refused() {
     let mut run = Run::ready("differential");
     run.wired.advance(0, &line("v 4000 100 0 0"));
+    let (reason, _) = run.until_lost();
+    assert!(reason.contains("who else"), "{reason}");
+    // A number that is long past is none of this driver's.
+    let mut run = Run::ready("differential");
+    run.wired.advance(0, &line("v 65000 100 0 0"));
     let (reason, _) = run.until_lost();
     assert!(reason.contains("who else"), "{reason}");
 }

@@ -1,6 +1,7 @@
 //! The sketch's board, built for this machine, with a model of motors and wheels, in a time that the test tells; and faults
 //! of its line. It has no protocol of its own: all that it says is the sketch's.
 
+use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -81,7 +82,7 @@ impl Board {
         self.request(&format!("{milliseconds} {digits}"))
     }
 
-    /// Changes the model: "block", "reverse" or "race", each until it is said again; "bump", "reset".
+    /// Changes the model: "block", "reverse", "dead", "full" or "race", each until it is said again; "push", "bump", "reset".
     pub(crate) fn change(&mut self, what: &str) -> Vec<u8> {
         self.request(what)
     }
@@ -129,6 +130,8 @@ pub(crate) enum Fault {
     Noisy,
     /// The bytes are those of another speed.
     OtherBaud,
+    /// What comes from the board comes so many milliseconds later.
+    Late(u64),
 }
 
 /// A board at a line, in real time.
@@ -139,6 +142,9 @@ pub(crate) struct Wired {
     lines: usize,
     start: Instant,
     passed: u64,
+    /// The time of all that was let pass, ms, and what is on its way, with the time at which it arrives.
+    time: u64,
+    late: VecDeque<(u64, Vec<u8>)>,
 }
 
 impl Wired {
@@ -149,6 +155,8 @@ impl Wired {
             lines: 0,
             start: Instant::now(),
             passed: 0,
+            time: 0,
+            late: VecDeque::new(),
         }
     }
 
@@ -161,7 +169,7 @@ impl Wired {
             self.lines += 1;
             let mut line = line.to_vec();
             match self.fault {
-                Fault::None | Fault::Deaf => {}
+                Fault::None | Fault::Deaf | Fault::Late(_) => {}
                 Fault::Silent => line.clear(),
                 Fault::Missing(divisor) if self.lines.is_multiple_of(divisor) => line.clear(),
                 Fault::Corrupt(divisor) if self.lines.is_multiple_of(divisor) => line[4] ^= 1,
@@ -172,6 +180,14 @@ impl Wired {
                     .for_each(|byte| *byte = byte.rotate_left(3) | 0x80),
             }
             arrived.extend(line);
+        }
+        self.time += milliseconds;
+        if let Fault::Late(delay) = self.fault {
+            self.late.push_back((self.time + delay, arrived));
+            arrived = Vec::new();
+            while self.late.front().is_some_and(|(due, _)| *due <= self.time) {
+                arrived.extend(self.late.pop_front().unwrap_or_default().1);
+            }
         }
         arrived
     }

@@ -81,6 +81,30 @@ fn what_a_board_has_is_exported_in_the_standard_units() {
 }
 
 #[test]
+fn a_board_that_has_stopped_its_motors_has_no_odometry_until_a_command_to_stand() {
+    let (device, port) = wired("differential", "kit-07");
+    let mut driver = driver(&port);
+    until_connected(&mut driver);
+    device.with(|wired| wired.board.change("block"));
+    drive(&mut driver, Twist::planar(0.3, 0.0), |bench| {
+        let bumpers: Option<Bumpers> = bench.exported("bumpers");
+        bumpers.is_some_and(|bumpers| bumpers.stalled.get())
+    });
+    for export in ["odometry", "setpoint"] {
+        assert_eq!(driver.bench.exported_at(export), None, "{export}");
+    }
+    let connection: Connection = driver.bench.exported("connection").expect("it says");
+    assert!(
+        connection.note.as_str().contains("a wheel is blocked"),
+        "{connection:?}"
+    );
+    device.with(|wired| wired.board.change("block"));
+    drive(&mut driver, Twist::ZERO, |bench| {
+        bench.exported::<Odometry>("odometry").is_some() && bench.exported::<Twist>("setpoint").is_some()
+    });
+}
+
+#[test]
 fn an_omnidirectional_board_has_no_encoders_and_drives_to_the_side() {
     let (_device, port) = wired("mecanum", "kit-09");
     let mut driver = driver(&port);

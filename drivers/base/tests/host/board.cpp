@@ -16,19 +16,20 @@ constexpr uint8_t kWheels = 4;
 
 struct Model : jde::Io {
   jde::Settings settings;
-  double ways[kWheels] = {};
+  double counted[kWheels] = {};  // m, by the encoders
   float speeds[kWheels] = {}, duties[kWheels] = {};
   double x = 0, y = 0, heading = 0;
   jde::Twist twist = {0, 0, 0};
   uint32_t offset = 0;      // of the counts
   bool blocked = false;     // its wheels do not turn
   bool reversed = false;    // its encoders count backwards
+  bool dead = false;        // the left one counts nothing
+  bool is_full = false;     // its line has no room
   bool racing = false;      // its motors have the full voltage, whatever the board says
   std::string front, sent;
 
   int32_t ticks(uint8_t wheel) override {
-    const double ticks = floor(ways[wheel] * settings.ticks_per_metre);
-    return (int32_t)(uint32_t)((int64_t)(reversed ? -ticks : ticks) + offset);
+    return (int32_t)(uint32_t)((int64_t)floor(counted[wheel] * settings.ticks_per_metre) + offset);
   }
   void drive(uint8_t wheel, float duty) override { duties[wheel] = duty; }
   void sense(jde::Senses &senses) override {
@@ -38,14 +39,18 @@ struct Model : jde::Io {
     senses.gyro[2] = twist.turn;
     senses.acc[2] = 9.81f;
   }
-  void send(const char *line, size_t size) override { sent.append(line, size); }
+  bool send(const char *line, size_t size) override {
+    if (is_full) return false;
+    sent.append(line, size);
+    return true;
+  }
 
   void step(float seconds) {
     for (uint8_t i = 0; i < jde::wheels_of(settings.kind); i++) {
       // A motor has less than its voltage promises, as real ones do: the controller has to add it.
       const float goal = blocked ? 0 : (racing ? settings.full : duties[i] * settings.full * 0.85f);
       speeds[i] = blocked ? 0 : speeds[i] + (goal - speeds[i]) * (1 - expf(-seconds / kTimeConstant));
-      ways[i] += speeds[i] * seconds;
+      if (!dead || i != 0) counted[i] += (reversed ? -speeds[i] : speeds[i]) * seconds;
     }
     twist = jde::base_speed(settings.kind, settings.track, speeds);
     heading += twist.turn * seconds / 2;
@@ -72,6 +77,7 @@ jde::Settings settings(bool mecanum, const char *serial) {
   s.full = 1.0f;
   s.proportional = 1;
   s.integral = 8;
+  s.correction = 0.3f;
   s.empty = 9.9f;
   s.charged = 12.6f;
   return s;
@@ -94,12 +100,17 @@ int main(int count, char **arguments) {
     const std::string request(line);
     if (request == "block\n") model.blocked = !model.blocked;
     if (request == "reverse\n") model.reversed = !model.reversed;
+    if (request == "full\n") model.is_full = !model.is_full;
     if (request == "race\n") model.racing = !model.racing;
+    if (request == "dead\n") model.dead = !model.dead;
+    if (request == "push\n") {
+      for (float &speed : model.speeds) speed = 0.3f;
+    }
     if (request == "bump\n") model.front = "10";
     if (request == "reset\n") {
       delete board;
       board = new jde::Board(model.settings, model);
-      for (double &way : model.ways) way = 0;
+      for (double &way : model.counted) way = 0;
       for (float &duty : model.duties) duty = 0;
       now = 3;
       board->begin(now);
@@ -112,6 +123,7 @@ int main(int count, char **arguments) {
         board->receive((char)strtoul(digits, nullptr, 16), now);
       }
     }
+    board->poll(now);
     for (; milliseconds > 0; milliseconds--) {
       now++;
       model.step(0.001f);
