@@ -44,10 +44,10 @@ const float kBatteryVolts = 15.0f;
 jde::Settings settings() {
   jde::Settings s = {};
   s.kind = jde::kDifferential;
-  s.serial = "my-robot";      // FILL IN: its name, without spaces; `serial_number` of the driver may ask for it
-  s.track = 0.23f;            // FILL IN, m: turn it ten times on the spot, and correct until the odometry says ten, too
+  s.serial = "my-robot";      // FILL IN: its name, without spaces; `serial_number` of the driver asks for it
+  s.track = 0.23f;            // FILL IN, m: (right - left) after ten turns to the left on the spot / ticks_per_metre / 62.8
   s.ticks_per_metre = 5200;   // FILL IN: push it 2 m straight ahead, and halve what `left` and `right` count
-  s.full = 0.8f;              // FILL IN, m/s: the speed of a wheel at the full voltage
+  s.full = 0.8f;              // FILL IN, m/s: the speed of a wheel at the full voltage: turns per second x its circumference
   s.speed = 0.4f;             // FILL IN, m/s: the greatest speed; speed + turn x track / 2 must be less than `full`
   s.turn = 2.0f;              // FILL IN, rad/s
   s.acceleration = 0.6f;      // FILL IN, m/s2: with what the wheels do not slip and nothing tips over

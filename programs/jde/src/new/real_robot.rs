@@ -79,9 +79,16 @@ pub(crate) fn write_real_robot(
     let jde = program();
     let has_sketch = base.name == "base/serial";
     let sketch = SKETCH.iter().filter(|_| has_sketch);
+    let serial_number = if has_sketch {
+        format!("serial_number = \"{name}\"    # it must be this board: `serial` in its sketch\n")
+    } else {
+        String::new()
+    };
     for (file, text) in FILES.iter().chain(sketch) {
         let path = folder.join(file);
         let text = text
+            .replace("\"my-robot\"", &format!("\"{name}\""))
+            .replace("__serial_number__", &serial_number)
             .replace("__name__", &name)
             .replace("__driver__", base.name)
             .replace("__driver_port__", base.port)
@@ -123,6 +130,7 @@ mod tests {
         for (file, text) in FILES {
             let marks = [
                 "__name__",
+                "__serial_number__",
                 "__driver__",
                 "__driver_port__",
                 "__laser__",

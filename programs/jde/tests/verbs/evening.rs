@@ -127,8 +127,10 @@ fn a_new_real_robot_has_its_sketch_and_a_check_names_the_devices_that_it_lacks()
             "{file} is missing"
         );
     }
-    // Names that no machine has.
+    let sketch = std::fs::read_to_string(folder.path().join("kit/sketch/sketch.ino")).expect("a file");
     let text = std::fs::read_to_string(&app).expect("a file");
+    assert!(sketch.contains("s.serial = \"kit\";") && text.contains("serial_number = \"kit\""));
+    // Names that no machine has.
     std::fs::write(&app, text.replace("/dev/ttyUSB", "/dev/none-")).expect("a file");
     let checked = output_of(jde_with_plugins(&["check"]).arg(&app));
     assert_eq!(checked.status, Some(2));
@@ -152,7 +154,7 @@ fn a_new_real_robot_drives_to_its_target_and_stands_when_its_process_is_killed()
     let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().expect("a folder");
     let app = new_robot(folder.path());
-    let (base, base_path) = EmulatedDevice::at_pty(Base(Wired::new(Board::new("differential", "my-robot"))));
+    let (base, base_path) = EmulatedDevice::at_pty(Base(Wired::new(Board::new("differential", "kit"))));
     let (_lidar, lidar_path) = EmulatedDevice::at_pty(EmulatedLd::new(room));
     // The lines stay open between the runs.
     let _lines = [&base_path, &lidar_path].map(|path| File::open(path).expect("a line"));
