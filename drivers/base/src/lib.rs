@@ -90,6 +90,8 @@ struct BaseState {
     setpoint: Setpoint,
     /// Whether the board follows commands: it acknowledges one, and has not stopped its motors.
     is_following: bool,
+    /// Whether the board has stopped its motors.
+    is_stalled: bool,
     /// Whether there are exports to retract.
     has_exports: bool,
 }

@@ -27,8 +27,11 @@ impl Serial {
             self.setpoint.retract(cx);
         }
         // A board that has stopped its motors may have an encoder that counts wrongly.
+        let was_stalled = core::mem::replace(&mut self.state.is_stalled, report.stalled);
         if report.stalled {
-            self.odometry.retract(cx);
+            if !was_stalled {
+                self.odometry.retract(cx);
+            }
         } else {
             self.odometry
                 .write_at(cx, Odometry::planar(time, pose, step.twist), time);
@@ -105,6 +108,7 @@ impl Serial {
         }
         self.state.setpoint = jde_motion::Setpoint::default();
         self.state.is_following = false;
+        self.state.is_stalled = false;
         self.odometry.retract(cx);
         self.encoders.retract(cx);
         self.bumpers.retract(cx);

@@ -358,6 +358,35 @@ fn a_board_whose_line_has_no_room_drives_on_and_says_what_it_is_later() {
 }
 
 #[test]
+fn a_board_that_has_no_command_in_force_is_named_once_while_it_is_connected() {
+    let mut run = Run::ready("differential");
+    for _ in 0..3 {
+        run.wired.advance(0, b"stop\n");
+        run.run(200);
+    }
+    assert_eq!((run.warnings.len(), &run.lost), (1, &None), "{:?}", run.warnings);
+    assert!(
+        run.warnings[0].contains("no command in force"),
+        "{:?}",
+        run.warnings
+    );
+}
+
+#[test]
+fn refused_lines_are_counted_only_from_counts_that_grow() {
+    let mut run = Run::ready("differential");
+    let Report { number, time, .. } = run.last.clone().expect("a line");
+    for (more, bad) in (1..).zip([" bad=7", "", " bad=9", " bad=12", " bad=1"]) {
+        let (number, time) = (number.wrapping_add(more), time.wrapping_add(more.into()));
+        run.receive(&line(&format!(
+            "s {number} t={time}{bad} left=4294967000 right=4294967000"
+        )));
+    }
+    // 7 more than the board's own 0, and 3 more than 9.
+    assert_eq!(run.session.losses.refused, 10);
+}
+
+#[test]
 fn an_arc_that_is_too_fast_stays_its_arc() {
     let mut board = HostBoard::new("differential", "kit-07");
     for number in 0..30 {
