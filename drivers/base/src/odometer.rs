@@ -222,6 +222,21 @@ mod tests {
     }
 
     #[test]
+    fn counts_that_wrap_before_a_board_is_lost_are_refused() {
+        let made = |bits: u32| {
+            let text = format!(
+                "1 kind=differential firmware=f serial=s watchdog=300 period=20 speed=500 turn=2000 track=200000 \
+                 ticks=1000000 bits={bits}"
+            );
+            let (_, hello) = Hello::read(text.split(' ')).expect("it is complete");
+            Odometer::new(&hello).map(drop)
+        };
+        // It may seem to make 1.1 m in 0.5 s.
+        assert_eq!(made(12), Ok(()));
+        assert!(made(11).is_err_and(|reason| reason.contains("wrap after 2.05 m")));
+    }
+
+    #[test]
     fn narrow_counts_that_may_have_wrapped_in_a_gap_are_no_motion() {
         let mut odometer = odometer(10);
         let mut step = |ms, count: u32| odometer.step(Duration::from_millis(ms), Motion::Counts([count; 2]));

@@ -105,6 +105,20 @@ fn a_board_that_has_stopped_its_motors_has_no_odometry_until_a_command_to_stand(
 }
 
 #[test]
+fn limits_of_a_board_below_those_of_the_driver_are_said() {
+    for (limit, warns) in [(0.5, false), (0.8, true)] {
+        let (_device, port) = wired("differential", "kit-07");
+        let mut driver = DriverTest::<Serial>::with_port(&port);
+        driver.bench.set("velocity_limits", Twist::planar(limit, 2.0));
+        driver.awake();
+        until_connected(&mut driver);
+        let mut log = driver.bench.log().iter();
+        let is_said = log.any(|(_, words)| words.contains("are below `velocity_limits`"));
+        assert_eq!(is_said, warns, "{limit}");
+    }
+}
+
+#[test]
 fn an_omnidirectional_board_has_no_encoders_and_drives_to_the_side() {
     let (_device, port) = wired("mecanum", "kit-09");
     let mut driver = driver(&port);
