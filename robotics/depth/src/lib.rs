@@ -5,10 +5,12 @@
 //! has no clock and corrects no pose.
 
 mod floor;
+mod lacks;
 mod level;
 mod ports;
 
 pub use floor::{FloorScan, Limits, LimitsError};
+pub use lacks::Lacks;
 pub use level::Level;
 pub use ports::FloorPorts;
 

@@ -1,6 +1,7 @@
 //! The keys by which a schema knows what counts and where its sensor is.
 
 use jde_schema::prelude::*;
+use jde_schema::types::Frame;
 
 use crate::floor::{FloorScan, Limits, LimitsError};
 use crate::level::Level;
@@ -26,7 +27,7 @@ pub struct FloorPorts {
     /// How much deeper than the floor is a cliff.
     #[modulation(default = 0.05, unit = "m", min = 0.005, max = 10.0)]
     max_drop: Modulation<f64>,
-    /// From where on the floor must be seen for a direction to be free.
+    /// From where on the floor must be seen for a direction to be free. The scan says nothing of what is nearer.
     #[modulation(default = 0.8, unit = "m", min = 0.0, max = 100.0)]
     range_min: Modulation<f64>,
     /// How far the scan reaches.
@@ -39,8 +40,11 @@ pub struct FloorPorts {
     #[modulation(default = 0.5, unit = "rad", min = -3.15, max = 3.15)]
     angle_max: Modulation<f64>,
     /// From direction to direction.
-    #[modulation(default = 0.00872664626, unit = "rad", min = 0.001, max = 1.0)]
+    #[modulation(default = 0.00872664626, unit = "rad", min = 0.001, max = 0.05)]
     angle_increment: Modulation<f64>,
+    /// The frame of the scan: level, with its origin on the floor below the sensor, x where that looks.
+    #[modulation(default = "base_link", fixed)]
+    frame_id: Modulation<Frame>,
 }
 
 impl FloorPorts {
@@ -54,12 +58,22 @@ impl FloorPorts {
         }
     }
 
+    /// Returns the header of a scan of what was measured at a time. The frame is never that of the sensor, which is not level.
+    #[must_use]
+    pub fn header(&self, cx: &Context, measured: &Header) -> Header {
+        Header {
+            frame_id: self.frame_id.get(cx),
+            ..*measured
+        }
+    }
+
     /// Returns the scan of a sensor that has seen nothing.
     ///
     /// # Errors
     /// The limits contradict each other.
     pub fn scan(&self, cx: &Context) -> Result<FloorScan, LimitsError> {
         FloorScan::new(Limits {
+            height: self.height.get(cx),
             min_height: self.min_height.get(cx),
             max_height: self.max_height.get(cx),
             max_drop: self.max_drop.get(cx),
@@ -69,6 +83,22 @@ impl FloorPorts {
             angle_max: self.angle_max.get(cx),
             angle_increment: self.angle_increment.get(cx),
         })
+    }
+
+    /// Returns what to tell of a sensor that sees the floor only beyond `range_min`, by the directions in which it looks:
+    /// in the level frame, from the sensor.
+    pub fn blind(&self, cx: &Context, rays: impl Iterator<Item = [f64; 3]>) -> Option<String> {
+        let (height, range_min) = (self.height.get(cx), self.range_min.get(cx));
+        let mut floor = self.scan(cx).ok()?;
+        let down = rays.filter(|[_, _, z]| *z < 0.0);
+        down.for_each(|[x, y, z]| floor.add([x * height / -z, y * height / -z, 0.0]));
+        match floor.floor_from() {
+            Some(from) if from <= range_min => None,
+            Some(from) => Some(format!(
+                "the floor is seen from {from:.2} m on in all directions, and `range_min` is {range_min:.2} m"
+            )),
+            None => Some("no floor is in view up to `range_max`".to_owned()),
+        }
     }
 
     /// Reports limits that contradict each other.

@@ -3,7 +3,7 @@
 mod picture;
 mod rays;
 
-use jde_depth::{FloorPorts, FloorScan};
+use jde_depth::{FloorPorts, Lacks};
 use jde_schema::prelude::*;
 use jde_vision::{CameraGeometry, CameraPorts};
 use picture::Depths;
@@ -12,7 +12,8 @@ use rays::Rays;
 /// Exports a scan of what a depth camera sees of the floor and above it: obstacles, and edges where the floor ends.
 ///
 /// The scan is level, and begins below the camera in its direction. A direction is free only where the floor is seen all
-/// the way; a pixel without a depth says nothing (REP-118). The scan has the time of its picture.
+/// the way from `range_min` on; a pixel without a depth says nothing (REP-118). Of what is nearer than `range_min` the scan
+/// says nothing: a thing there may be below the picture. The scan has the time of its picture.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "30ms")]
 pub struct Scan {
@@ -30,8 +31,9 @@ pub struct Scan {
     rays: Option<Rays>,
     /// The number of the last picture.
     picture: u64,
-    /// Why there is no scan.
-    lacks: Option<String>,
+    lacks: Lacks,
+    /// What of the floor is below the picture and should not be.
+    blind: Option<String>,
 }
 
 impl Schema for Scan {
@@ -43,12 +45,13 @@ impl Schema for Scan {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let before = self.lacks.take();
-        if let Err(words) = self.see(cx) {
-            if before.is_none() {
-                warn!(cx, "no scan: {words}");
-            }
-            self.lacks = Some(words);
+        let number = self.depth.get(cx).map(|depth| depth.sequence());
+        let is_known = !self.camera.is_unknown(cx);
+        if is_known && number.is_some_and(|number| core::mem::replace(&mut self.picture, number) == number) {
+            return Ok(());
+        }
+        let seen = self.see(cx);
+        if !self.lacks.keep(cx, seen) {
             self.scan.retract(cx);
         }
         Ok(())
@@ -56,7 +59,7 @@ impl Schema for Scan {
 }
 
 impl Scan {
-    /// Exports the scan of a picture that is new.
+    /// Exports the scan of a picture.
     ///
     /// # Errors
     /// Why there is none.
@@ -65,32 +68,39 @@ impl Scan {
         if self.camera.is_unknown(cx) {
             return Err("the camera states no calibration".to_owned());
         }
-        if core::mem::replace(&mut self.picture, depth.sequence()) == depth.sequence() {
-            return Ok(());
-        }
         let depths = Depths::of(&depth)?;
         let camera = self.camera.model(cx, &self.geometry, depths.size())?;
         let level = self.floor.level(cx);
-        let rays = Rays::kept(&mut self.rays, camera, level, depths.size());
-        let mut seen: FloorScan = self.floor.scan(cx).map_err(|error| error.to_string())?;
-        for (depth, ray) in depths.iter().zip(rays) {
+        let (rays, are_new) = Rays::kept(&mut self.rays, camera, level, depths.size());
+        if are_new {
+            self.blind = self.floor.blind(cx, rays.directions().flatten());
+            if let Some(words) = &self.blind {
+                warn!(cx, "{words}");
+            }
+        }
+        let mut seen = self.floor.scan(cx).map_err(|error| error.to_string())?;
+        for (depth, ray) in depths.iter().zip(rays.directions()) {
             if let (Some(depth), Some(ray)) = (depth, ray) {
                 let [x, y, z] = ray.map(|axis| axis * depth);
-                seen.add(level.height, [x, y, z + level.height]);
+                seen.add([x, y, z + level.height]);
             }
         }
         let mut scan = self.scan.loan(cx);
-        scan.header = depth.header;
+        scan.header = self.floor.header(cx, &depth.header);
         if !seen.write(&mut scan) {
             return Err("the camera sees neither the floor nor anything on it".to_owned());
         }
         scan.publish_at(depth.time());
         Ok(())
     }
+}
 
-    /// Why there is no scan; `None` if there is one.
-    pub fn lacks(&self) -> Option<&str> {
-        self.lacks.as_deref()
+impl Panel for Scan {
+    fn draw(&self, _: &Context, pen: &mut Pen) {
+        self.lacks.draw(pen);
+        if let Some(words) = &self.blind {
+            pen.text(words);
+        }
     }
 }
 

@@ -11,15 +11,16 @@ pub(crate) struct Rays {
 }
 
 impl Rays {
-    /// Returns the directions of a camera, those that are kept if they are of it.
+    /// Returns those of a camera, and whether they are new: those that are kept stay if they are of it.
     pub(crate) fn kept(
         kept: &mut Option<Self>,
         camera: CameraModel,
         level: Level,
         size: [usize; 2],
-    ) -> impl Iterator<Item = Option<[f64; 3]>> + '_ {
+    ) -> (&Self, bool) {
         let of = (camera, level, size);
-        if kept.as_ref().is_none_or(|kept| kept.of != of) {
+        let is_new = kept.as_ref().is_none_or(|kept| kept.of != of);
+        if is_new {
             *kept = None;
         }
         let rays = kept.get_or_insert_with(|| {
@@ -35,6 +36,11 @@ impl Rays {
                 directions: directions.collect(),
             }
         });
-        rays.directions.iter().copied()
+        (rays, is_new)
+    }
+
+    /// Returns the direction of each pixel, row by row.
+    pub(crate) fn directions(&self) -> impl Iterator<Item = Option<[f64; 3]>> + '_ {
+        self.directions.iter().copied()
     }
 }

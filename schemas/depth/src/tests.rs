@@ -5,6 +5,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::CameraInfo;
 
 use crate::Scan;
+use crate::picture::Depths;
 
 const SIZE: [u32; 2] = [64, 48];
 const FIELD_OF_VIEW: f64 = 1.0;
@@ -28,6 +29,7 @@ fn depths(wall: f64) -> Vec<f64> {
 
 fn picture(encoding: &str, depths: &[f64], is_big: bool) -> Box<Image> {
     let mut image = Image::boxed();
+    image.header.frame_id = Text::new("camera_optical");
     [image.width, image.height] = SIZE;
     image.encoding = Text::truncated(encoding);
     image.is_bigendian = u8::from(is_big);
@@ -114,7 +116,7 @@ fn pixels_without_a_depth_are_unknown_and_not_free() {
         let mut blind = bench();
         let nothing = vec![none; some.len()];
         assert_eq!(seen(&mut blind, &picture("32FC1", &nothing, false)), None);
-        assert!(blind.schema().lacks().is_some());
+        assert!(blind.schema().lacks.words().is_some());
     }
 }
 
@@ -128,7 +130,10 @@ fn a_scan_has_the_time_of_its_picture_and_ends_with_it() {
     bench.retract("depth");
     bench.iterate().expect("it iterates");
     assert_eq!(bench.exported::<LaserScan>("scan"), None);
-    assert_eq!(bench.schema().lacks(), Some("there is no picture of depths"));
+    assert_eq!(
+        bench.schema().lacks.words(),
+        Some("there is no picture of depths")
+    );
 }
 
 #[test]
@@ -138,27 +143,107 @@ fn pictures_that_are_none_and_cameras_of_another_size_are_refused_in_words() {
         change(&mut image);
         let mut bench = bench();
         assert_eq!(seen(&mut bench, &image), None);
-        bench.schema().lacks().expect("words").to_owned()
+        bench.schema().lacks.words().expect("words").to_owned()
     };
     assert!(refused(|image| image.encoding = Text::new("rgb8")).contains("expected 32FC1 or 16UC1"));
-    assert_eq!(
-        refused(|image| image.data.clear()),
-        "there is no picture of depths"
-    );
     assert!(refused(|image| image.step = 10).contains("do not fit"));
     let mut stated = Bench::<Scan>::new();
     stated.awake().expect("it wakes");
     let image = picture("32FC1", &depths(1.5), false);
     assert_eq!(seen(&mut stated, &image), None);
-    assert_eq!(stated.schema().lacks(), Some("the camera states no calibration"));
+    let words = |bench: &Bench<Scan>| bench.schema().lacks.words().map(str::to_owned);
+    assert_eq!(
+        words(&stated).as_deref(),
+        Some("the camera states no calibration")
+    );
     stated.import("camera_info", &CameraInfo::pinhole([32, 24], FIELD_OF_VIEW));
     assert_eq!(seen(&mut stated, &image), None);
-    assert!(stated.schema().lacks().expect("words").contains("32 x 24"));
+    assert!(words(&stated).expect("words").contains("32 x 24"));
     stated.set("min_height", 2.0);
     let problems = stated.inspect().expect("it inspects");
     assert!(
         problems[0].words.contains("`min_height`"),
         "{}",
         problems[0].words
+    );
+}
+
+#[test]
+fn a_picture_with_bytes_missing_is_none() {
+    let some = depths(1.5);
+    assert!(Depths::of(&picture("16UC1", &some, false)).is_ok());
+    let image = picture("16UC1", &some[1..], false);
+    assert!(Depths::of(&image).expect_err("too few").contains("do not fit"));
+}
+
+#[test]
+fn bytes_behind_the_pixels_of_a_row_are_no_depths() {
+    let image = picture("16UC1", &depths(1.5), false);
+    let row = SIZE[0] as usize * 2;
+    let mut wide = picture("16UC1", &[], false);
+    wide.step = image.step + 6;
+    for pixels in image.data.chunks_exact(row) {
+        wide.data.extend_from_slice(pixels).expect("a small picture");
+        wide.data.extend_from_slice(&[1; 6]).expect("a small picture");
+    }
+    assert_eq!(seen(&mut bench(), &wide), seen(&mut bench(), &image));
+}
+
+#[test]
+fn a_scan_is_in_the_frame_that_is_stated_and_never_in_that_of_the_picture() {
+    let image = picture("32FC1", &depths(1.5), false);
+    let mut bench = bench();
+    assert_eq!(
+        seen(&mut bench, &image).expect("a scan").header.frame_id,
+        "base_link"
+    );
+    bench.set("frame_id", Text::<52>::new("camera_level"));
+    bench.awake().expect("it wakes");
+    assert_eq!(
+        seen(&mut bench, &image).expect("a scan").header.frame_id,
+        "camera_level"
+    );
+}
+
+#[test]
+fn a_reason_stays_until_the_next_picture_and_the_log_says_it_once() {
+    let mut bench = bench();
+    // One depth, beside the directions of the scan.
+    let mut nothing = vec![f64::NAN; depths(1.5).len()];
+    nothing[0] = 1.0;
+    let nothing = picture("32FC1", &nothing, false);
+    let words = "No scan: the camera sees neither the floor nor anything on it";
+    for _ in 0..3 {
+        assert_eq!(seen(&mut bench, &nothing), None);
+        bench.iterate().expect("it iterates");
+        assert_eq!(bench.draw().expect("it draws").texts(), [words]);
+    }
+    assert_eq!(bench.log().len(), 1);
+    assert!(seen(&mut bench, &picture("32FC1", &depths(1.5), false)).is_some());
+    assert_eq!(bench.draw().expect("it draws").texts(), ["It sees"]);
+}
+
+#[test]
+fn a_camera_that_sees_the_floor_only_beyond_the_least_range_is_told_of() {
+    let mut bench = bench();
+    bench.set("range_min", 0.3);
+    let image = picture("32FC1", &depths(f64::INFINITY), false);
+    assert_eq!(seen(&mut bench, &image), None);
+    let words = "the floor is seen from 0.4";
+    let draws = |bench: &mut Bench<Scan>| {
+        bench
+            .draw()
+            .expect("it draws")
+            .texts()
+            .last()
+            .map(|text| (*text).to_owned())
+    };
+    assert!(draws(&mut bench).expect("a text").starts_with(words));
+    assert!(bench.log()[0].1.starts_with(words), "{:?}", bench.log());
+    bench.set("pitch", -1.0);
+    seen(&mut bench, &image);
+    assert_eq!(
+        draws(&mut bench).as_deref(),
+        Some("no floor is in view up to `range_max`")
     );
 }
