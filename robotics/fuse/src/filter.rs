@@ -1,6 +1,6 @@
 //! The filter at one time: it moves on, and takes or refuses measurements.
 
-use crate::matrix::{Matrix, invert, product, symmetric, times, transpose};
+use crate::matrix::{Matrix, cholesky, invert, product, symmetric, times, transpose};
 use crate::measurement::{Innovation, Measurement, Thresholds, Wheels};
 use crate::state::{
     BIAS, Covariance, DRIFT, Initial, Numbers, ProcessNoise, RATE, SIZE, State, TURN_SCALE, VX, VY,
@@ -40,8 +40,8 @@ pub enum Outcome {
 pub struct Filter {
     state: State,
     covariance: Covariance,
-    /// Whether the base stood when its wheels measured last.
-    is_standing: bool,
+    /// For how long the base still counts as standing, s: its wheels said so, and may have been silent since.
+    stands: f64,
 }
 
 impl Filter {
@@ -67,7 +67,7 @@ impl Filter {
         Self {
             state,
             covariance,
-            is_standing: false,
+            stands: 0.0,
         }
     }
 
@@ -125,19 +125,18 @@ impl Filter {
     fn step(&mut self, time: f64, noise: &ProcessNoise) {
         let (state, by) = self.state.after(time);
         self.state = state;
+        let standing = time.min(self.stands);
+        self.stands -= standing;
+        let moving = time - standing + standing * STANDING_NOISE;
         // What changes the velocity changes the pose as well: half of the noise acts before the motion, half after it.
-        self.add_noise(time / 2.0, noise);
+        self.add_noise(time / 2.0, moving / 2.0, noise);
         self.covariance = product(&product(&by, &self.covariance), &transpose(&by));
-        self.add_noise(time / 2.0, noise);
+        self.add_noise(time / 2.0, moving / 2.0, noise);
         self.covariance = symmetric(&self.covariance);
     }
 
-    fn add_noise(&mut self, time: f64, noise: &ProcessNoise) {
-        let time_of_motion = if self.is_standing {
-            time * STANDING_NOISE
-        } else {
-            time
-        };
+    /// The noise of a time, in which the base may have moved for `moving` s.
+    fn add_noise(&mut self, time: f64, moving: f64, noise: &ProcessNoise) {
         for (at, growth) in [
             (X, noise.position),
             (Y, noise.position),
@@ -147,7 +146,7 @@ impl Filter {
             (RATE, noise.rate),
             (BIAS, noise.bias),
         ] {
-            let time = if at == BIAS { time } else { time_of_motion };
+            let time = if at == BIAS { time } else { moving };
             self.covariance[at][at] += time * growth;
         }
     }
@@ -162,18 +161,18 @@ impl Filter {
         thresholds: &Thresholds,
     ) -> Outcome {
         let before = *self;
-        let outcome = self.update_once(measurement, gyro, thresholds);
+        let outcome = self.update_once(measurement, gyro, noise, thresholds);
         let is_of_motion = matches!(measurement, Measurement::Turn(_) | Measurement::Wheels(_));
-        if !before.is_standing || !is_of_motion || matches!(outcome, Outcome::Taken | Outcome::Invalid) {
+        if before.stands <= 0.0 || !is_of_motion || matches!(outcome, Outcome::Taken | Outcome::Invalid) {
             return outcome;
         }
         // It starts to move, unless that is refused as well.
         *self = Self {
-            is_standing: false,
+            stands: 0.0,
             ..before
         };
-        self.add_noise(START_TIME, noise);
-        let outcome = self.update_once(measurement, gyro, thresholds);
+        self.add_noise(START_TIME, START_TIME, noise);
+        let outcome = self.update_once(measurement, gyro, noise, thresholds);
         if matches!(outcome, Outcome::Refused(_)) {
             *self = before;
         }
@@ -184,6 +183,7 @@ impl Filter {
         &mut self,
         measurement: &Measurement,
         gyro: Option<(f64, f64)>,
+        noise: &ProcessNoise,
         thresholds: &Thresholds,
     ) -> Outcome {
         let state = &self.state;
@@ -192,12 +192,18 @@ impl Filter {
             Measurement::Heading(heading) => self.take(&heading.innovation(state), thresholds.heading),
             Measurement::Position(position) => self.take(&position.innovation(state), thresholds.position),
             Measurement::Place(place) => self.take(&place.innovation(state), thresholds.place),
-            Measurement::Wheels(wheels) => self.roll(wheels, gyro, thresholds.wheels),
+            Measurement::Wheels(wheels) => self.roll(wheels, gyro, noise, thresholds.wheels),
         }
     }
 
-    fn roll(&mut self, wheels: &Wheels, gyro: Option<(f64, f64)>, threshold: f64) -> Outcome {
-        self.is_standing = false;
+    fn roll(
+        &mut self,
+        wheels: &Wheels,
+        gyro: Option<(f64, f64)>,
+        noise: &ProcessNoise,
+        threshold: f64,
+    ) -> Outcome {
+        self.stands = 0.0;
         let turn = match gyro {
             Some((rate, variance)) => wheels.turn_beside(&self.state, rate, variance),
             None => wheels.turn(&self.state),
@@ -224,7 +230,9 @@ impl Filter {
         match self.take(&standstill, threshold) {
             Outcome::Refused(distance) => Outcome::Pushed(distance),
             other => {
-                self.is_standing = other == Outcome::Taken;
+                if other == Outcome::Taken {
+                    self.stands = noise.standstill;
+                }
                 other
             }
         }
@@ -236,6 +244,10 @@ impl Filter {
             covariance,
             by_state,
         } = innovation;
+        // Beside a large covariance of the state, a sum with it hides a covariance that is none.
+        if cholesky(covariance).is_none() {
+            return Outcome::Invalid;
+        }
         let by_measurement = transpose(by_state);
         let cross = product(&self.covariance, &by_measurement);
         let mut sum = product(by_state, &cross);
@@ -271,21 +283,5 @@ impl Filter {
         }
         self.covariance = symmetric(&next);
         Outcome::Taken
-    }
-
-    /// Carries the base to another position and heading, known to these deviations, m and rad. All else that is known stays.
-    pub fn place_at(&mut self, [x, y, yaw]: [f64; 3], position: f64, heading: f64) {
-        self.state = State {
-            x,
-            y,
-            yaw,
-            ..self.state
-        };
-        for (at, deviation) in [(X, position), (Y, position), (YAW, heading)] {
-            for other in 0..SIZE {
-                (self.covariance[at][other], self.covariance[other][at]) = (0.0, 0.0);
-            }
-            self.covariance[at][at] = deviation * deviation;
-        }
     }
 }

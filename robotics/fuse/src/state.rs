@@ -63,7 +63,7 @@ pub struct Initial {
     pub drift: f64,
 }
 
-/// The growth of variances with time.
+/// The growth of variances with time, and where it stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcessNoise {
     /// Of x and y beside the motion, m²/s.
@@ -78,6 +78,8 @@ pub struct ProcessNoise {
     pub rate: f64,
     /// Of the gyro's bias, (rad/s)²/s.
     pub bias: f64,
+    /// How long a base that stands does so after its wheels have measured last, s. The growth is small meanwhile.
+    pub standstill: f64,
 }
 
 impl State {

@@ -1,17 +1,23 @@
 //! Fuses the odometry of wheels, an IMU and measured positions. The filter is `jde-fuse`; here are its sensors, their
 //! times, and what happens when one is missing or wrong. It drives nowhere.
 
+mod begin;
+mod dispute;
 mod measure;
 mod memory;
 mod panel;
 mod ports;
+mod refusal;
 mod sensor;
 
-use jde_fuse::{Filter, ProcessNoise, State, Thresholds, Timeline};
+use jde_fuse::{Filter, ProcessNoise, Thresholds, Timeline};
+use jde_motion::is_finite;
 use jde_schema::prelude::*;
 use jde_schema::types::Frame;
 
-use ports::{ConstantErrors, Deviations, Growth, ImuUse, InitialPose, Limits, Rejection};
+use begin::Kept;
+use dispute::Dispute;
+use ports::{ConstantErrors, Deviations, Growth, HeadingUse, ImuUse, InitialPose, Limits, Rejection};
 use sensor::Watch;
 
 /// Exports an odometry that is made of that of the wheels, of an IMU and of measured positions, by an extended Kalman filter.
@@ -66,7 +72,8 @@ pub struct Ekf {
     /// Time for which the wheels must stand so that the base does.
     #[modulation(default = 0.5, unit = "s", min = 0.1, max = 60.0)]
     standstill_time: Modulation<f64>,
-    /// Time for which positions are refused before it is taken as given that the robot is where they say.
+    /// Time for which positions are refused, and agree with each other, before the filter begins anew where they say; and for
+    /// which the wheels turn otherwise than the gyro before neither is believed.
     #[modulation(default = 5.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
     /// Least step of the odometry that is a jump and no motion. A turn by more than 90 degrees is a jump too.
@@ -91,8 +98,13 @@ pub struct Ekf {
     turned: Option<f64>,
     /// The frame of the positions.
     frame: Option<Frame>,
-    /// What was known before a reload or a sleep: where the odometry's frame was, and the gyro's bias.
-    kept: Option<(Pose2D, f64)>,
+    /// What was known before a reload or a sleep.
+    kept: Option<Kept>,
+    /// The gyro's bias that was known before.
+    bias: Option<f64>,
+    /// Whether it has begun once: `initial_pose` is where the robot was then.
+    has_begun: bool,
+    dispute: Dispute,
     words: String,
 }
 
@@ -101,6 +113,10 @@ pub struct Ekf {
 struct Sensors {
     wheels: Watch,
     imu: Watch,
+    /// The turn rates of the IMU alone.
+    rates: Watch,
+    /// The headings of the IMU.
+    heading: Watch,
     position: Watch,
     pose: Watch,
 }
@@ -110,6 +126,8 @@ impl Default for Sensors {
         Self {
             wheels: Watch::new("odometries"),
             imu: Watch::new("IMU's values"),
+            rates: Watch::new("turn rates of the IMU"),
+            heading: Watch::new("headings of the IMU"),
             position: Watch::new("positions"),
             pose: Watch::new("poses"),
         }
@@ -128,15 +146,20 @@ struct Settings {
 
 impl Schema for Ekf {
     fn awake(&mut self, _: &Context) -> Result {
-        self.kept = self.known();
+        (self.kept, self.bias) = (self.known(), self.known_bias());
         (self.timeline, self.rolled, self.stood, self.turned) = (None, None, None, None);
+        (self.frame, self.dispute) = (None, Dispute::default());
         let Sensors {
             wheels,
             imu,
+            rates,
+            heading,
             position,
             pose,
         } = &mut self.sensors;
-        [wheels, imu, position, pose].into_iter().for_each(Watch::awake);
+        [wheels, imu, rates, heading, position, pose]
+            .into_iter()
+            .for_each(Watch::awake);
         Ok(())
     }
 
@@ -168,18 +191,26 @@ impl Ekf {
     /// Why there is none.
     fn fuse(&mut self, cx: &Context) -> Result<String, String> {
         let settings = Settings {
-            noise: self.growth.get(cx),
+            noise: self.growth.get(cx, self.sensor_timeout.get(cx)),
             thresholds: self.rejection.get(cx),
             oldest: self.history_length.get(cx),
         };
         self.begin(cx)?;
         self.measure(cx, &settings);
+        if self.is_elsewhere(cx) {
+            warn!(
+                cx,
+                "the robot is not where it should be: it begins anew where the positions say"
+            );
+            self.lose();
+            self.begin(cx)?;
+        }
         let trouble = self.trouble(cx);
         let said = |words: String| {
             if trouble.is_empty() {
                 words
             } else {
-                format!("{words}: {}", trouble.join("; "))
+                format!("{}: {words}", trouble.join("; "))
             }
         };
         let now = cx.now();
@@ -189,6 +220,7 @@ impl Ekf {
             imu,
             position,
             pose,
+            ..
         } = &self.sensors;
         let is_measured = [
             (wheels, timeout),
@@ -201,6 +233,7 @@ impl Ekf {
         let Some(timeline) = self.timeline.as_ref().filter(|_| is_measured) else {
             return Err(said("no sensor measures".to_owned()));
         };
+        self.agree(cx).map_err(said)?;
         let filter = timeline.at(now, &settings.noise);
         let twist = filter.twist_covariance();
         let [speed, rate] = [twist[0][0], twist[2][2]].map(|variance| variance.max(0.0).sqrt());
@@ -210,8 +243,12 @@ impl Ekf {
         if rate.is_nan() || rate > self.limits.max_turn_rate_deviation.get(cx) {
             return Err(said(format!("the turn rate may be off by {rate:.2} rad/s")));
         }
+        let odometry = self.exported(now, &filter);
+        if !is_finite(&odometry) {
+            return Err(said("the estimate has numbers that are none".to_owned()));
+        }
         self.gyro_bias.write(cx, filter.state().bias);
-        self.odometry.write(cx, self.exported(now, &filter));
+        self.odometry.write(cx, odometry);
         let heading = filter.pose_covariance()[2][2].max(0.0).sqrt();
         Ok(said(format!(
             "speed to {speed:.3} m/s, heading to {:.1} degrees, bias {:.2} degrees/s",
@@ -245,6 +282,7 @@ impl Ekf {
             imu,
             position,
             pose,
+            ..
         } = &self.sensors;
         let bound = [
             (self.odom.is_bound(cx), wheels, timeout),
@@ -252,22 +290,49 @@ impl Ekf {
             (self.position.is_bound(cx), position, FIX_TIMEOUT),
             (self.pose.is_bound(cx), pose, FIX_TIMEOUT),
         ];
+        let has_headings = self.imu.is_bound(cx) && self.imu_use.imu_heading.get(cx) != HeadingUse::None;
+        let headings = (self.sensors.heading.words(now, FIX_TIMEOUT)).filter(|_| has_headings);
         bound
             .into_iter()
             .filter_map(|(is_bound, sensor, timeout)| sensor.words(now, timeout).filter(|_| is_bound))
+            .chain(headings)
             .collect()
     }
 
-    /// Where the frame of the odometry is in that of the export, and the bias of the gyro.
-    pub(crate) fn known(&self) -> Option<(Pose2D, f64)> {
-        let (Some(timeline), Some((_, rolled))) = (&self.timeline, self.rolled) else {
-            return self.kept;
-        };
-        let State { x, y, yaw, bias, .. } = *timeline.newest().1.state();
-        Some((
-            Pose2D::new(x, y, yaw).transform(&rolled.localize(&Pose2D::ORIGIN)),
-            bias,
-        ))
+    /// Checks that no two sensors contradict each other for longer than `patience`.
+    ///
+    /// # Errors
+    /// Which ones.
+    fn agree(&self, cx: &Context) -> Result<(), String> {
+        let (now, patience) = (cx.now(), self.patience.get(cx));
+        let Sensors {
+            heading,
+            position,
+            pose,
+            ..
+        } = &self.sensors;
+        if let Some(words) = self.dispute.words() {
+            return Err(words.to_owned());
+        }
+        if heading.is_refused(now, patience) {
+            return Err("the headings of the IMU contradict all else".to_owned());
+        }
+        for (refused, other) in [(position, pose), (pose, position)] {
+            if refused.is_refused(now, patience) && other.is_alive(now, FIX_TIMEOUT) {
+                return Err("the positions and the poses contradict each other".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the robot is not where it should be: positions say so for longer than `patience`, and nothing says otherwise.
+    fn is_elsewhere(&self, cx: &Context) -> bool {
+        let (now, patience) = (cx.now(), self.patience.get(cx));
+        let Sensors { position, pose, .. } = &self.sensors;
+        [position, pose]
+            .iter()
+            .any(|sensor| sensor.is_refused(now, patience))
+            && self.agree(cx).is_ok()
     }
 }
 

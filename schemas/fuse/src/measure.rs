@@ -1,91 +1,29 @@
 //! Takes what the sensors have measured since the last iteration.
 
-use jde_fuse::{Filter, Heading, Measurement, Place, Position, State, Timeline, Turn, Wheels};
+use jde_fuse::{Heading, Measurement, Outcome, Place, Position, Turn, Wheels};
 use jde_motion::{is_jump, jumped};
 use jde_schema::prelude::*;
+use jde_schema::types::Frame;
 
+use crate::begin::MAX_HEADING_VARIANCE;
 use crate::ports::{HeadingUse, covariance, stated};
+use crate::sensor::Watch;
 use crate::{Ekf, Settings};
 
 /// How far the wheels go while an IMU, which has noise, cannot repeat itself to the bit; m and rad.
 const FROZEN_IMU: f64 = 0.1;
+/// How far they turn while its turn rates cannot: the sooner that is seen, the fewer false ones have counted; rad.
+const FROZEN_RATES: f64 = 0.05;
 /// The same for positions: those of some receivers are rounded to decimetres.
 const FROZEN_POSITION: f64 = 0.5;
+/// A heading counts once in this time, s.
+const HEADING_TIME: f64 = 1.0;
 /// What a base without wheels to the side moves there, m/s.
 const SIDE_DEVIATION: f64 = 0.005;
 /// A wheel that stands measures less than this, m/s or rad/s.
 const STILL: f64 = 1e-6;
-/// The deviation of the place where an odometry begins by definition, m and rad.
-const EXACT: f64 = 1e-4;
 
 impl Ekf {
-    /// Begins when the first sensor that says where the robot is has measured.
-    ///
-    /// # Errors
-    /// What is missing.
-    pub(crate) fn begin(&mut self, cx: &Context) -> Result<(), String> {
-        if self.timeline.is_some() {
-            return Ok(());
-        }
-        let now = cx.now();
-        let odom = self.odom.get(cx).filter(|odom| odom.time() <= now);
-        if self.odom.is_bound(cx) && odom.is_none() && self.kept.is_none() {
-            return Err("no odometry of the wheels yet".to_owned());
-        }
-        let wheels = odom.map_or(Pose2D::ORIGIN, |odom| odom.pose2d());
-        let (at, position, heading) = self.place(cx, &wheels)?;
-        let initial = self.errors.initial(cx, position, heading);
-        let state = State {
-            x: at.x,
-            y: at.y,
-            yaw: at.theta,
-            bias: self.kept.map_or(0.0, |(_, bias)| bias),
-            ..State::default()
-        };
-        let oldest = Duration::try_from_secs_f64(self.history_length.get(cx)).unwrap_or_default();
-        let time = odom
-            .map_or(now, |odom| odom.time())
-            .max(now.saturating_sub(oldest));
-        self.timeline = Some(Timeline::new(time, Filter::new(state, &initial), oldest));
-        Ok(())
-    }
-
-    /// Returns where the robot is at first, and how well that is known, m and rad.
-    fn place(&self, cx: &Context, wheels: &Pose2D) -> Result<(Pose2D, f64, f64), String> {
-        let deviations = (
-            self.initial.initial_deviation.get(cx),
-            self.initial.initial_heading_deviation.get(cx),
-        );
-        if let Some((frame, _)) = self.kept {
-            return Ok((frame.transform(wheels), EXACT, EXACT));
-        }
-        if let Some(pose) = self.initial.initial_pose.get(cx).get() {
-            return Ok((pose, deviations.0, deviations.1));
-        }
-        if self.pose.is_bound(cx) {
-            let pose = self.pose.get(cx).ok_or("no pose yet")?;
-            return Ok((pose.pose2d(), deviations.0, deviations.1));
-        }
-        if self.position.is_bound(cx) {
-            let fix = self.position.get(cx).ok_or("no position yet")?;
-            if self.imu_use.imu_heading.get(cx) != HeadingUse::Absolute {
-                return Err(
-                    "a position says no heading: give `initial_pose`, or an IMU with `imu_heading` absolute"
-                        .to_owned(),
-                );
-            }
-            let imu = self.imu.get(cx).ok_or("no heading of the IMU yet")?;
-            let yaw = self.yaw(cx, &imu) + self.yaw_offset(cx);
-            let deviation = self
-                .deviations
-                .position_deviation
-                .get(cx)
-                .max(fix.covariance[0].max(0.0).sqrt());
-            return Ok((Pose2D::new(fix.x, fix.y, yaw), deviation, deviations.1));
-        }
-        Ok((*wheels, EXACT, EXACT))
-    }
-
     pub(crate) fn measure(&mut self, cx: &Context, settings: &Settings) {
         // The gyro first: the wheels are compared with it.
         self.measure_imu(cx, settings);
@@ -103,7 +41,12 @@ impl Ekf {
         let jump = last.filter(|(_, last)| is_jump(last, &pose, self.jump.get(cx)));
         if let Some((_, last)) = &jump {
             warn!(cx, "{}", jumped(last, &pose));
-            for sensor in [&mut self.sensors.imu, &mut self.sensors.position] {
+            for sensor in [
+                &mut self.sensors.imu,
+                &mut self.sensors.rates,
+                &mut self.sensors.position,
+                &mut self.sensors.pose,
+            ] {
                 sensor.jump(last, &pose);
             }
         }
@@ -138,6 +81,13 @@ impl Ekf {
                 &settings.noise,
                 &settings.thresholds,
             );
+            if let Ok(outcome) = outcome {
+                let filter = timeline.newest().1;
+                let mut expected = self.errors.initial(cx, 0.0, 0.0);
+                expected.bias = filter.bias_deviation();
+                let patience = self.patience.get(cx);
+                (self.dispute).roll(time, (&wheels, outcome), filter.state(), &expected, patience);
+            }
             self.sensors.wheels.note(cx.now(), outcome);
         }
     }
@@ -159,7 +109,7 @@ impl Ekf {
     }
 
     /// The heading of the base by the orientation of the IMU; NaN if it has none.
-    fn yaw(&self, cx: &Context, imu: &Imu) -> f64 {
+    pub(crate) fn yaw(&self, cx: &Context, imu: &Imu) -> f64 {
         imu.orientation.compose(&self.mounted(cx).inverse()).yaw()
     }
 
@@ -172,7 +122,18 @@ impl Ekf {
             angular: imu.angular_velocity,
         };
         let base = self.rolled.map(|(_, pose)| pose);
+        // The rates may be stuck while the accelerations have noise. On a straight way those of a coarse gyro stay the same.
+        let turned = base.map(|base| Pose2D::new(0.0, 0.0, base.theta));
+        let are_stuck = self
+            .sensors
+            .rates
+            .is_frozen(&imu.angular_velocity, turned, FROZEN_RATES);
         if self.sensors.imu.is_frozen(&measured, base, FROZEN_IMU) {
+            return;
+        }
+        if are_stuck {
+            let words = "the turn rates of the IMU repeat themselves although the wheels turn";
+            self.sensors.imu.trouble::<()>(words.to_owned());
             return;
         }
         if imu.angular_velocity_covariance[0] < 0.0 {
@@ -213,31 +174,45 @@ impl Ekf {
             &settings.noise,
             &settings.thresholds,
         );
+        if outcome == Ok(Outcome::Taken) {
+            let bias = timeline.newest().1.state().bias;
+            self.dispute.turn(time, turn.rate - bias);
+        }
         self.sensors.imu.note(now, outcome);
         if let Some(heading) = heading {
             let heading = Measurement::Heading(heading);
             let outcome = timeline.add(time, heading, &settings.noise, &settings.thresholds);
-            self.sensors.imu.note(now, outcome);
+            self.sensors.heading.note(now, outcome);
+            if matches!(outcome, Ok(Outcome::Refused(_))) {
+                self.sensors.heading.refuse(now, [0.0; 2], [0.0; 2], 0.0);
+            }
         }
     }
 
     /// The heading of the IMU in the frame of the export, if it is used.
     fn heading(&mut self, cx: &Context, imu: &Imu) -> Option<Heading> {
         let (yaw, stated) = (self.yaw(cx, imu), imu.orientation_covariance[8]);
-        let offset = match self.imu_use.imu_heading.get(cx) {
+        let heading_use = self.imu_use.imu_heading.get(cx);
+        if heading_use == HeadingUse::None {
+            return None;
+        }
+        let watch = &mut self.sensors.heading;
+        if imu.orientation_covariance[0] < 0.0 || !yaw.is_finite() {
+            return watch.trouble("the IMU measures no orientation".to_owned());
+        }
+        if stated > MAX_HEADING_VARIANCE {
+            return watch.trouble("the IMU does not know the heading: has it a compass?".to_owned());
+        }
+        // The errors of one heading are those of the next: a hundred in a second are one.
+        if watch.is_alive(cx.now(), HEADING_TIME) {
+            return None;
+        }
+        let present = self.timeline.as_ref()?.newest().1.state().yaw;
+        let offset = match heading_use {
             HeadingUse::None => return None,
             HeadingUse::Absolute => self.yaw_offset(cx),
-            HeadingUse::Relative => {
-                let present = self.timeline.as_ref()?.newest().1.state().yaw;
-                *self.turned.get_or_insert(present - yaw)
-            }
+            HeadingUse::Relative => *self.turned.get_or_insert(present - yaw),
         };
-        if imu.orientation_covariance[0] < 0.0 || !yaw.is_finite() {
-            return self
-                .sensors
-                .imu
-                .trouble("the IMU measures no orientation".to_owned());
-        }
         let deviation = self.deviations.heading_deviation.get(cx);
         let variance = if stated.is_finite() && stated > 0.0 {
             stated
@@ -265,7 +240,7 @@ impl Ekf {
             z: 0.0,
         };
         if self.sensors.position.is_frozen(&measured, base, FROZEN_POSITION)
-            || !self.is_same_frame(&fix.header)
+            || !is_same_frame(&mut self.frame, &mut self.sensors.position, &fix.header)
         {
             return;
         }
@@ -276,7 +251,6 @@ impl Ekf {
             covariance: stated([[xx, xy], [yx, yy]], [deviation; 2]),
             antenna: [self.antenna_x.get(cx), self.antenna_y.get(cx)],
         };
-        let patience = self.patience.get(cx);
         let Some(timeline) = &mut self.timeline else {
             return;
         };
@@ -287,10 +261,10 @@ impl Ekf {
             &settings.thresholds,
         );
         self.sensors.position.note(cx.now(), outcome);
-        if self.sensors.position.is_refused(cx.now(), patience) {
-            let yaw = timeline.newest().1.state().yaw;
-            let at = Pose2D::new(fix.x, fix.y, yaw);
-            self.begin_again(cx, settings, &at, position.covariance[0][0].sqrt());
+        if matches!(outcome, Ok(Outcome::Refused(_))) {
+            let state = timeline.newest().1.state();
+            let deviation = position.covariance[0][0].max(position.covariance[1][1]).sqrt();
+            (self.sensors.position).refuse(cx.now(), [fix.x, fix.y], [state.x, state.y], deviation);
         }
     }
 
@@ -298,7 +272,15 @@ impl Ekf {
         let Some(pose) = self.sensors.pose.fresh(cx, &self.pose, settings.oldest) else {
             return;
         };
-        if !self.is_same_frame(&pose.header) {
+        let base = self.rolled.map(|(_, pose)| pose);
+        let measured = Vector3 {
+            x: pose.pose2d().x,
+            y: pose.pose2d().y,
+            z: pose.pose2d().theta,
+        };
+        if self.sensors.pose.is_frozen(&measured, base, FROZEN_POSITION)
+            || !is_same_frame(&mut self.frame, &mut self.sensors.pose, &pose.header)
+        {
             return;
         }
         let (position, heading) = (
@@ -310,7 +292,6 @@ impl Ekf {
             pose: [at.x, at.y, at.theta],
             covariance: covariance(&pose.pose.covariance, [position, position, heading]),
         };
-        let patience = self.patience.get(cx);
         let Some(timeline) = &mut self.timeline else {
             return;
         };
@@ -321,45 +302,25 @@ impl Ekf {
             &settings.thresholds,
         );
         self.sensors.pose.note(cx.now(), outcome);
-        if self.sensors.pose.is_refused(cx.now(), patience) {
-            self.begin_again(cx, settings, &at, place.covariance[0][0].sqrt());
+        if matches!(outcome, Ok(Outcome::Refused(_))) {
+            let state = timeline.newest().1.state();
+            let deviation = place.covariance[0][0].max(place.covariance[1][1]).sqrt();
+            (self.sensors.pose).refuse(cx.now(), [at.x, at.y], [state.x, state.y], deviation);
         }
     }
+}
 
-    /// Takes it as given that the robot is where positions say that were refused for long.
-    fn begin_again(&mut self, cx: &Context, settings: &Settings, at: &Pose2D, deviation: f64) {
-        let heading = self.initial.initial_heading_deviation.get(cx);
-        let Some(timeline) = &mut self.timeline else {
-            return;
-        };
-        let mut filter = timeline.at(cx.now(), &settings.noise);
-        let from = filter.state();
-        let way = at.distance_to(&Pose2D::new(from.x, from.y, 0.0));
-        warn!(
-            cx,
-            "the robot is {way:.2} m from where it should be: it is taken to be where the positions say"
-        );
-        filter.place_at([at.x, at.y, at.theta], deviation, heading);
-        let length = Duration::try_from_secs_f64(settings.oldest).unwrap_or_default();
-        *timeline = Timeline::new(cx.now(), filter, length);
-        for sensor in [&mut self.sensors.position, &mut self.sensors.pose] {
-            sensor.awake();
-        }
+/// Whether a position is in the frame of those before.
+fn is_same_frame(before: &mut Option<Frame>, watch: &mut Watch, header: &Header) -> bool {
+    let frame = *before.get_or_insert(header.frame_id);
+    let is_same = frame == header.frame_id;
+    if !is_same {
+        watch.trouble::<()>(format!(
+            "positions are in the frames \"{frame}\" and \"{}\"",
+            header.frame_id
+        ));
     }
-
-    /// Whether a position is in the frame of those before.
-    fn is_same_frame(&mut self, header: &Header) -> bool {
-        let frame = *self.frame.get_or_insert(header.frame_id);
-        let is_same = frame == header.frame_id;
-        if !is_same {
-            let words = format!(
-                "positions are in the frames \"{frame}\" and \"{}\"",
-                header.frame_id
-            );
-            self.sensors.position.trouble::<()>(words);
-        }
-        is_same
-    }
+    is_same
 }
 
 /// The velocity that moves by a step in one second: the logarithm of SE(2).

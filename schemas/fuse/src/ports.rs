@@ -156,9 +156,23 @@ impl ConstantErrors {
     }
 }
 
+impl ConstantErrors {
+    /// The deviations, m and rad, of a pose of this covariance after a step of the wheels.
+    pub(crate) fn on_the_way(&self, cx: &Context, covariance: &[[f64; 3]; 3], step: &Pose2D) -> [f64; 2] {
+        let way = step.x.hypot(step.y);
+        let turned =
+            (self.turn_scale_deviation.get(cx) * step.theta).hypot(self.drift_deviation.get(cx) * way);
+        let heading = covariance[2][2].max(0.0).sqrt().hypot(turned);
+        let position = covariance[0][0].max(covariance[1][1]).max(0.0).sqrt();
+        let went = (self.scale_deviation.get(cx) * way).hypot(heading * way);
+        [position.hypot(went), heading]
+    }
+}
+
 impl Growth {
-    pub(crate) fn get(&self, cx: &Context) -> ProcessNoise {
+    pub(crate) fn get(&self, cx: &Context, standstill: f64) -> ProcessNoise {
         ProcessNoise {
+            standstill,
             position: self.process_noise_x.get(cx),
             yaw: self.process_noise_yaw.get(cx),
             vx: self.process_noise_vx.get(cx),

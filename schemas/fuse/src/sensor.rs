@@ -7,8 +7,28 @@ use jde_motion::Frozen;
 use jde_schema::prelude::*;
 use jde_schema::types::Value;
 
+use crate::refusal::Refusal;
+
 /// A sensor whose clock is set by that of this machine is ahead of it by less, s.
 const MAX_AHEAD: f64 = 0.1;
+
+/// Checks that a measurement is of this clock and at most `oldest` s old.
+///
+/// # Errors
+/// What is wrong with it.
+pub(crate) fn check_age(what: &str, now: Duration, time: Duration, oldest: f64) -> Result<(), String> {
+    let age = now.as_secs_f64() - time.as_secs_f64();
+    if age < -MAX_AHEAD {
+        return Err(format!(
+            "the {what} are stamped {:.1} s ahead of the clock of this machine: set the clock of their sensor by it",
+            -age
+        ));
+    }
+    if age > oldest {
+        return Err(format!("the {what} are {age:.1} s old"));
+    }
+    Ok(())
+}
 
 /// The watch.
 #[derive(Debug)]
@@ -20,8 +40,8 @@ pub(crate) struct Watch {
     measured: Option<Duration>,
     /// When one was taken last.
     taken: Option<Duration>,
-    /// Since when all are refused because they are not what is expected.
-    refused: Option<Duration>,
+    /// Those that are refused because they are not what is expected.
+    refused: Option<Refusal>,
     trouble: Option<String>,
     frozen: Frozen,
     last: Vec<u8>,
@@ -58,16 +78,9 @@ impl Watch {
             return None;
         }
         let time = sample.time();
-        let age = cx.now().as_secs_f64() - time.as_secs_f64();
         let what = self.what;
-        if age < -MAX_AHEAD {
-            return self.trouble(format!(
-                "the {what} are stamped {:.1} s ahead of the clock of this machine: set the clock of their sensor by it",
-                -age
-            ));
-        }
-        if age > oldest {
-            return self.trouble(format!("the {what} are {age:.1} s old"));
+        if let Err(words) = check_age(what, cx.now(), time, oldest) {
+            return self.trouble(words);
         }
         if self.measured.is_some_and(|last| time <= last) {
             return self.trouble(format!("the {what} are no newer than those before"));
@@ -116,7 +129,6 @@ impl Watch {
             )),
             Ok(Outcome::Pushed(_)) => Some("the base moves although its wheels stand".to_owned()),
             Ok(Outcome::Refused(distance)) => {
-                self.refused.get_or_insert(now);
                 self.trouble = Some(format!(
                     "the {what} are refused: they differ by {distance:.0} deviations"
                 ));
@@ -134,9 +146,18 @@ impl Watch {
         (self.taken, self.refused, self.trouble) = (Some(now), None, trouble);
     }
 
-    /// Whether measurements have been refused for longer than `patience` s.
+    /// Notes where a position was that was refused, where the estimate is, and how well the position is known, m.
+    pub(crate) fn refuse(&mut self, now: Duration, measured: [f64; 2], estimated: [f64; 2], deviation: f64) {
+        let first = Refusal::new(now, measured, estimated);
+        self.refused = Some(
+            self.refused
+                .map_or(first, |refused| refused.add(now, measured, estimated, deviation)),
+        );
+    }
+
+    /// Whether measurements that agree with each other have been refused for longer than `patience` s.
     pub(crate) fn is_refused(&self, now: Duration, patience: f64) -> bool {
-        (self.refused).is_some_and(|since| now.saturating_sub(since).as_secs_f64() > patience)
+        self.refused.is_some_and(|refused| refused.lasts(now, patience))
     }
 
     /// Whether one was taken within `timeout` s.

@@ -63,6 +63,8 @@ pub(crate) struct WitSession {
     counted: (Duration, u32),
     /// The last set, since when it is the same, and how often it came.
     last: (Set, Duration, u32),
+    /// The same of its turn rates.
+    last_rates: ([i16; 3], Duration, u32),
 }
 
 impl Protocol for WitSession {
@@ -83,6 +85,7 @@ impl Protocol for WitSession {
             has_warned: false,
             counted: (now + BACKLOG, 0),
             last: (Set::default(), now, 0),
+            last_rates: ([0; 3], now, 0),
         }
     }
 
@@ -140,12 +143,7 @@ impl Protocol for WitSession {
 impl WitSession {
     /// What a set says, if it is to be used.
     fn reading(&mut self, set: &Set, now: Duration) -> Option<Reading> {
-        let (last, since, count) = &mut self.last;
-        if last != set {
-            (*last, *since, *count) = (*set, now, 0);
-        }
-        *count += 1;
-        if *count >= FROZEN_SETS && now.saturating_sub(*since) >= FROZEN_TIME {
+        if is_frozen(&mut self.last, set, now) {
             return self.refuse("it sends the same numbers again and again: unplug it and plug it in again");
         }
         let scaled = |kind, range: f64| {
@@ -157,6 +155,12 @@ impl WitSession {
                 "it sends no turn rates: switch on \"angular velocity\" in the program of its maker",
             );
         };
+        // A gyro may be stuck while the rest goes on. Zeros may be a unit that stands.
+        let [x, y, z, _] = set.get(RATES).unwrap_or_default();
+        if is_frozen(&mut self.last_rates, &[x, y, z], now) && [x, y, z] != [0; 3] {
+            return self
+                .refuse("it sends the same turn rates again and again: unplug it and plug it in again");
+        }
         let is_saturated = |kind| {
             let numbers = set.get(kind).unwrap_or_default();
             numbers[..3].iter().any(|number| number.unsigned_abs() >= 32767)
@@ -214,6 +218,19 @@ impl WitSession {
             None => "its frames make no whole set: too many are missing",
         }
     }
+}
+
+/// Whether something has been the same for so long and so often that it measures nothing.
+fn is_frozen<T: Copy + PartialEq>(
+    (last, since, count): &mut (T, Duration, u32),
+    new: &T,
+    now: Duration,
+) -> bool {
+    if last != new {
+        (*last, *since, *count) = (*new, now, 0);
+    }
+    *count += 1;
+    *count >= FROZEN_SETS && now.saturating_sub(*since) >= FROZEN_TIME
 }
 
 /// The quaternion of the unit, x, y, z and w; `None` if it has another length than 1.

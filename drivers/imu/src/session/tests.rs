@@ -122,6 +122,19 @@ fn a_unit_without_sets_is_lost_with_the_reason() {
 }
 
 #[test]
+fn a_unit_whose_turn_rates_alone_are_stuck_is_lost_but_zeros_may_be_a_rest() {
+    for rates in [[0.5, -0.3, 20.0], [0.0; 3]] {
+        let mut wire = Wire::new(EmulatedWit {
+            rates,
+            ..EmulatedWit::new()
+        });
+        wire.run(12.0);
+        let lost = wire.lost().map(|why| why.contains("the same turn rates"));
+        assert_eq!(lost, (rates != [0.0; 3]).then_some(true), "{:?}", wire.lost());
+    }
+}
+
+#[test]
 fn a_frame_that_is_wrong_costs_its_set_and_no_more() {
     let mut wire = Wire::with(Fault::Rarely);
     wire.run(4.0);

@@ -22,6 +22,7 @@ pub(crate) const NOISE: ProcessNoise = ProcessNoise {
     vy: 1e-4,
     rate: 1.0,
     bias: 1e-8,
+    standstill: 0.5,
 };
 pub(crate) const THRESHOLDS: Thresholds = Thresholds {
     turn: 5.0,

@@ -49,6 +49,8 @@ fn an_outlier_and_numbers_that_are_none_change_nothing() {
         (fix(f64::INFINITY, variance), false),
         (fix(1e300, variance), false),
         (fix(0.0, -1.0), false),
+        // The covariance of the state is larger than this lacks to be positive.
+        (fix(drive.truth.x, -1e-9), false),
         (fix(0.0, f64::NAN), false),
         (
             Measurement::Turn(Turn {
@@ -152,4 +154,21 @@ fn without_a_gyro_or_without_wheels_the_rest_goes_on_and_the_covariance_grows() 
     let no_wheels = spread(|measurement| matches!(measurement, Measurement::Wheels(_)));
     assert!(no_gyro[1] > 1.5 * all[1], "{no_gyro:?} {all:?}");
     assert!(no_wheels[0] > 10.0 * all[0], "{no_wheels:?} {all:?}");
+}
+
+#[test]
+fn a_base_whose_wheels_fell_silent_at_standstill_is_not_known_to_stand() {
+    let mut drive = Drive::new(10);
+    drive.has_fixes = false;
+    drive.go(3.0, 0.0, 0.0);
+    let from = drive.log.len();
+    drive.go(2.0, 0.0, 0.0);
+    let mut timeline = timeline();
+    take(&mut timeline, &drive.log[..from]);
+    let before = timeline.newest().1.twist_covariance()[0][0].sqrt();
+    let mut rest = drive.log.split_off(from);
+    rest.retain(|(_, measurement)| matches!(measurement, Measurement::Turn(_)));
+    take(&mut timeline, &rest);
+    let after = timeline.newest().1.twist_covariance()[0][0].sqrt();
+    assert!(before < 0.01 && after > 0.3, "{before} {after}");
 }
