@@ -17,13 +17,14 @@ const LIMITS: Limits = Limits {
     angle_increment: 0.01,
 };
 
-/// What is on the floor: a box that begins `near` m ahead, `half` m to each side and `top` m high; the floor ends at
-/// `end` m ahead and goes on `drop` m lower. A black box has no depth.
+/// What is on the floor: a box that begins `near` m ahead, `half` m to each side, `deep` m long and `top` m high; the floor
+/// ends at `end` m ahead and goes on `drop` m lower. A black box has no depths.
 #[derive(Clone, Copy, Debug)]
 struct Scene {
     is_black: bool,
     near: f64,
     half: f64,
+    deep: f64,
     top: f64,
     end: f64,
     drop: f64,
@@ -33,6 +34,7 @@ const FREE: Scene = Scene {
     is_black: false,
     near: f64::INFINITY,
     half: 0.2,
+    deep: f64::INFINITY,
     top: 0.3,
     end: f64::INFINITY,
     drop: 0.3,
@@ -45,7 +47,8 @@ impl Scene {
         let front = (self.near / x > 0.0 && x > 0.0).then(|| at(self.near / x));
         let front = front.filter(|[_, y, z]| y.abs() <= self.half && (0.0..=self.top).contains(z));
         let top = at((self.top - height) / z);
-        let is_top = z < 0.0 && self.top < height && top[0] >= self.near && top[1].abs() <= self.half;
+        let is_along = top[0] >= self.near && top[0] - self.near <= self.deep;
+        let is_top = z < 0.0 && self.top < height && is_along && top[1].abs() <= self.half;
         let floor = (z < 0.0)
             .then(|| at(-height / z))
             .filter(|[x, ..]| *x <= self.end);
@@ -205,7 +208,7 @@ proptest! {
     ) {
         let level = Level { height, pitch, roll: 0.0 };
         let limits = Limits { range_max: 2.6, angle_increment: 0.02, ..LIMITS };
-        let scan = Scene { near, top, is_black: true, ..FREE }.scan(&level, limits);
+        let scan = Scene { near, top, deep: 0.02, is_black: true, ..FREE }.scan(&level, limits);
         for (beam, range) in scan.ranges.iter().enumerate() {
             let angle = scan.angle(beam);
             if (near * angle.tan()).abs() < 0.15 {
