@@ -42,8 +42,9 @@ pub struct FloorPorts {
     /// From direction to direction.
     #[modulation(default = 0.00872664626, unit = "rad", min = 0.001, max = 0.05)]
     angle_increment: Modulation<f64>,
-    /// The frame of the scan: level, with its origin on the floor below the sensor, x where that looks.
-    #[modulation(default = "base_link", fixed)]
+    /// The frame of the scan: level, with its origin on the floor below the sensor, x where that looks. Empty is the name of
+    /// the schema.
+    #[modulation(default = "", fixed)]
     frame_id: Modulation<Frame>,
 }
 
@@ -61,8 +62,14 @@ impl FloorPorts {
     /// Returns the header of a scan of what was measured at a time. The frame is never that of the sensor, which is not level.
     #[must_use]
     pub fn header(&self, cx: &Context, measured: &Header) -> Header {
+        let stated = self.frame_id.get(cx);
+        let frame_id = if stated.is_empty() {
+            Frame::truncated(cx.name())
+        } else {
+            stated
+        };
         Header {
-            frame_id: self.frame_id.get(cx),
+            frame_id,
             ..*measured
         }
     }

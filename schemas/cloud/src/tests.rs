@@ -181,7 +181,7 @@ fn a_scan_is_in_a_level_frame_and_clouds_of_two_sensors_are_refused() {
     let points = scene(4.0, 1.7);
     let mut bench = seen(&points, false);
     let scan = bench.exported::<LaserScan>("scan").expect("a scan");
-    assert_eq!(scan.header.frame_id, "base_link");
+    assert_eq!(scan.header.frame_id, "bench");
     let mut other = cloud(&points, false);
     other.header.frame_id = Text::new("camera");
     bench.import("cloud", other.as_ref());

@@ -190,13 +190,10 @@ fn bytes_behind_the_pixels_of_a_row_are_no_depths() {
 }
 
 #[test]
-fn a_scan_is_in_the_frame_that_is_stated_and_never_in_that_of_the_picture() {
+fn a_scan_is_in_the_frame_that_is_stated_or_that_of_the_schema_and_never_in_that_of_the_picture() {
     let image = picture("32FC1", &depths(1.5), false);
     let mut bench = bench();
-    assert_eq!(
-        seen(&mut bench, &image).expect("a scan").header.frame_id,
-        "base_link"
-    );
+    assert_eq!(seen(&mut bench, &image).expect("a scan").header.frame_id, "bench");
     bench.set("frame_id", Text::<52>::new("camera_level"));
     bench.awake().expect("it wakes");
     assert_eq!(
