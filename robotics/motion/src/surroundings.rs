@@ -65,7 +65,7 @@ impl Surroundings {
             };
             match maneuver.stopping(&outline, points, self.margin) {
                 Stopping::Free => {}
-                Stopping::Touches { .. } if maneuver.keeps_clear(&outline, points) => {}
+                Stopping::Touches { .. } if maneuver.keeps_clear(&outline, points, self.margin) => {}
                 Stopping::Touches { after, point } => {
                     return Err(format!(
                         "within {after:.1} s and the stop it would touch what is {:.2} m ahead and {:.2} m left",

@@ -273,6 +273,24 @@ fn a_pose_that_is_old_leaves_it_without_a_state() {
 }
 
 #[test]
+fn what_the_robot_touches_does_not_permit_to_touch_something_else() {
+    let around = |behind: f64| {
+        let mut scan = LaserScan {
+            angle_min: -PI as f32,
+            ..scan(|_| 1.0)
+        };
+        scan.ranges.resize(360).fill(1.0);
+        // An edge of the floor below the front of the robot, and a wall behind it.
+        scan.ranges.as_mut_slice()[180] = 0.2;
+        scan.ranges.as_mut_slice()[0] = (0.25 + behind) as f32;
+        scan.state_last_angle();
+        judge(&guard(&scan, Pose2D::ORIGIN, 0.0), -0.1, 0.0)
+    };
+    assert!(around(0.03).is_err());
+    assert_eq!(around(0.4), Ok(()), "it backs away from the edge");
+}
+
+#[test]
 fn a_stop_is_accepted_whatever_is_near() {
     let bench = guard(&wall_ahead(0.3), Pose2D::ORIGIN, 0.5);
     assert!(judge(&bench, 0.1, 0.0).is_err(), "it cannot stop in time");

@@ -94,14 +94,40 @@ impl Maneuver {
 
     /// Returns whether `outline` comes no closer to `points` than if the command were to stand, up to 0.1 mm, and does not
     /// touch them by that: how a robot that is too close may still move. A base that is measured to move by some mm/s
-    /// comes that much closer whatever the command is. Time: the points twice for each step of 20 ms.
+    /// comes that much closer whatever the command is. A point that is touched already counts for itself, and permits
+    /// nothing with the others: those keep `margin` m, or come no closer. Time: the points twice for each step of 20 ms,
+    /// and each touched point once more.
     #[must_use]
-    pub fn keeps_clear(&self, outline: &Outline, points: &[Point2D]) -> bool {
-        /// Far below what a sensor measures, and far above rounding.
-        const TOLERANCE: f64 = 1e-4;
+    pub fn keeps_clear(&self, outline: &Outline, points: &[Point2D], margin: f64) -> bool {
+        /// Points of a part, which is as large as the stack of any thread allows.
+        const PART: usize = 256;
+        let clearance = |points: &[Point2D]| outline.clearance(&Pose2D::ORIGIN, points);
         if !self.is_valid() {
             return false;
         }
+        if clearance(points) > SKIN {
+            return self.comes_no_closer(outline, points);
+        }
+        points.chunks(PART).all(|part| {
+            let (mut others, mut count) = ([Point2D::default(); PART], 0);
+            for point in part {
+                let one = core::slice::from_ref(point);
+                if clearance(one) > SKIN {
+                    others[count] = *point;
+                    count += 1;
+                } else if !self.comes_no_closer(outline, one) {
+                    return false;
+                }
+            }
+            let others = &others[..count];
+            self.stopping(outline, others, margin).is_free() || self.comes_no_closer(outline, others)
+        })
+    }
+
+    /// Whether the least distance to all points is no less than if the command were to stand.
+    fn comes_no_closer(&self, outline: &Outline, points: &[Point2D]) -> bool {
+        /// Far below what a sensor measures, and far above rounding.
+        const TOLERANCE: f64 = 1e-4;
         let stand = Self {
             command: Twist::ZERO,
             ..*self

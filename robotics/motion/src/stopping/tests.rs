@@ -226,6 +226,27 @@ fn a_robot_that_is_too_close_may_leave_whatever_the_noise_of_its_odometry_is() {
     }
 }
 
+#[test]
+fn what_is_touched_permits_no_approach_to_what_is_not() {
+    // An edge under the robot, which it leaves by backing toward a wall.
+    let judge = |behind: f64| {
+        let mut around = Surroundings {
+            footprint: Footprint::circle(0.25),
+            reaction: 0.15,
+            margin: 0.05,
+            dynamics: DYNAMICS,
+            ..Surroundings::default()
+        };
+        for x in [0.18, -0.25 - behind] {
+            around.points.push(Point2D { x, y: 0.0 }).expect("a point");
+        }
+        around.judge(Duration::from_millis(50), &Twist::planar(-0.1, 0.0))
+    };
+    assert!(judge(0.03).is_err(), "nearer than the margin");
+    assert!(judge(0.07).is_err(), "it would stop within the margin");
+    assert_eq!(judge(0.2), Ok(()), "there is room");
+}
+
 /// Whether the outline touches a point in a simulation in steps of 1 ms, with motors as those of the simulator.
 fn touches(maneuver: &Maneuver, outline: &Outline, points: &[Point2D]) -> bool {
     const DT: f64 = 1e-3;
@@ -343,6 +364,23 @@ proptest! {
         let maneuver = Maneuver { dynamics: BaseDynamics { lag, ..DYNAMICS }, ..cruise(speed, turn) };
         if !touches(&maneuver, &wide, &points) {
             prop_assert!(maneuver.stopping(&circle(), &points, 0.0).is_free(), "{:?}", maneuver);
+        }
+    }
+
+    #[test]
+    fn what_is_touched_permits_no_contact_with_anything_else(
+        places in prop::collection::vec((-0.8..0.8, -0.8..0.8), 1..12), depth in 0.0..0.25,
+        wanted in (-0.6..0.6, -0.4..0.4, -1.5..1.5), boxed in any::<bool>(),
+    ) {
+        let outline = if boxed { long_box() } else { circle() };
+        let points: Vec<Point2D> = places.iter().map(|&(x, y)| Point2D { x, y }).collect();
+        let is_apart = |point: &Point2D| outline.clearance(&Pose2D::ORIGIN, core::slice::from_ref(point)) > SKIN;
+        let others: Vec<Point2D> = points.into_iter().filter(is_apart).collect();
+        let mut all = others.clone();
+        all.push(Point2D { x: 0.25 - depth, y: 0.0 });
+        let maneuver = Maneuver { command: twist(wanted), ..cruise(0.0, 0.0) };
+        if maneuver.keeps_clear(&outline, &all, 0.05) {
+            prop_assert!(!touches(&maneuver, &outline, &others), "{:?}", maneuver);
         }
     }
 }
