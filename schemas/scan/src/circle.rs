@@ -5,6 +5,8 @@ use core::f64::consts::{PI, TAU};
 use jde_motion::Outline;
 use jde_schema::types::{LaserScan, Point2D};
 
+use crate::eye::TOLERANCE;
+
 /// The beams of a merged scan: as many as divide a turn into thirds of a degree. A `LaserScan` has room for 1088.
 const BEAMS: usize = 1080;
 const INCREMENT: f64 = TAU / BEAMS as f64;
@@ -13,8 +15,11 @@ const RANGE_MIN: f64 = 0.001;
 /// Step in which the way to the outline is searched, m.
 const STEP: f64 = 0.01;
 /// By how much of its distance a place on a ray is farther than the one before it, and by how much at least, m.
-const GROWTH: f64 = 0.1;
+const GROWTH: f64 = 0.02;
 const LEAST_STEP: f64 = 0.05;
+/// A thing up to so far behind what no laser looks at is as near as that, m: more than a robot needs to stop. What is
+/// farther behind it is left out, and the direction unknown.
+const BEHIND: f64 = 0.3;
 
 /// What is first in each direction from the centre of a base.
 #[derive(Debug)]
@@ -67,8 +72,20 @@ impl Circle {
         })
     }
 
-    /// Writes the scan of it up to `range_max` m. A direction without a thing is free if all places on the way from the
-    /// outline to there are seen, and otherwise unknown. Returns whether anything is known.
+    /// Returns a point, moved to the edge of the outline if it is inside.
+    pub(crate) fn outward(&self, point: Point2D) -> Point2D {
+        let angle = point.y.atan2(point.x);
+        let edge = self.edge(angle, angle).next().unwrap_or(point);
+        if point.x.hypot(point.y) < edge.x.hypot(edge.y) {
+            edge
+        } else {
+            point
+        }
+    }
+
+    /// Writes the scan of it up to `range_max` m. A beam goes only through places that are seen, from the outline on. One
+    /// that would go farther ends there if a thing is little farther, and is unknown otherwise. Returns whether anything is
+    /// known.
     pub(crate) fn write(
         &self,
         scan: &mut LaserScan,
@@ -84,12 +101,15 @@ impl Circle {
         scan.intensities.clear();
         let mut is_known = false;
         for (beam, range) in scan.ranges.resize(BEAMS).iter_mut().enumerate() {
-            *range = if self.nearest[beam] < range_max {
-                self.nearest[beam] as f32
-            } else if self.is_seen(beam, range_max, &sees) {
-                f32::INFINITY
-            } else {
-                f32::NAN
+            let nearest = self.nearest[beam];
+            let is_thing = nearest < range_max;
+            // The place of a thing is known up to the tolerance.
+            let until = if is_thing { nearest - TOLERANCE } else { range_max };
+            *range = match self.first_unseen(beam, until, &sees) {
+                None if is_thing => nearest as f32,
+                None => f32::INFINITY,
+                Some(at) if is_thing && nearest - at <= BEHIND => at as f32,
+                Some(_) => f32::NAN,
             };
             is_known |= !range.is_nan();
         }
@@ -108,13 +128,14 @@ impl Circle {
             })
     }
 
-    /// Whether all places on the way from the outline to `range_max` m are seen.
-    fn is_seen(&self, beam: usize, range_max: f64, sees: impl Fn(&Point2D) -> bool) -> bool {
+    /// Returns where the first place is that is not seen on the way from the outline to `until` m, m; `None` if all are.
+    fn first_unseen(&self, beam: usize, until: f64, sees: impl Fn(&Point2D) -> bool) -> Option<f64> {
         let (sin, cos) = angle(beam).sin_cos();
-        let next = |at: &f64| (*at < range_max).then(|| (at + LEAST_STEP.max(GROWTH * at)).min(range_max));
-        let mut places = core::iter::successors(Some(self.edges[beam] + STEP), next);
-        places.all(|at| {
-            sees(&Point2D {
+        let first = self.edges[beam] + STEP;
+        let next = |at: &f64| (*at < until).then(|| (at + LEAST_STEP.max(GROWTH * at)).min(until));
+        let mut places = core::iter::successors((first <= until).then_some(first), next);
+        places.find(|at| {
+            !sees(&Point2D {
                 x: at * cos,
                 y: at * sin,
             })

@@ -4,8 +4,10 @@ mod circle;
 mod eye;
 mod memory;
 mod merge;
+mod noticing;
 mod panel;
 mod sensor;
+mod sonar;
 
 pub use merge::Merge;
 

@@ -2,10 +2,10 @@
 
 use jde_schema::ListedImport;
 use jde_schema::prelude::*;
-use jde_schema::types::{Echo, Point2D};
+use jde_schema::types::Echo;
 
-/// Greatest distance of two points of an echo, m.
-const SPACING: f64 = 0.04;
+/// The most that a field of view may be, rad: a turn, rounded up.
+const TURN: f32 = 6.3;
 
 /// Where a sensor is, and what of it counts.
 #[derive(Clone, Copy, Debug, Value)]
@@ -38,9 +38,10 @@ pub(crate) enum Kind {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Measured {
     pub(crate) sensor: Pose2D,
-    field_of_view: f64,
+    pub(crate) field_of_view: f64,
     pub(crate) echo: Echo,
-    least: f32,
+    pub(crate) least: f32,
+    greatest: f32,
 }
 
 impl Mounting {
@@ -75,7 +76,7 @@ impl Kind {
         })
     }
 
-    /// Checks that the numbers of an entry are possible.
+    /// Checks that the numbers of an entry are possible, and that its type of sensor reads what is stated.
     ///
     /// # Errors
     /// Which one is not.
@@ -101,8 +102,29 @@ impl Kind {
                 "0 to 360 degrees",
             ),
         ];
-        match numbers.into_iter().find(|(_, is_valid, _)| !is_valid) {
-            Some((name, _, expected)) => Err(format!("`{name}` of `{}`: expected {expected}", entry.label())),
+        if let Some((name, _, expected)) = numbers.into_iter().find(|(_, is_valid, _)| !is_valid) {
+            return Err(format!("`{name}` of `{}`: expected {expected}", entry.label()));
+        }
+        let default = Mounting::DEFAULT;
+        let (is_bumper, is_sonar) = (kind == Self::Bumpers, matches!(kind, Self::Ring | Self::Range));
+        let (is_mounted, looks_down) = (matches!(kind, Self::Laser | Self::Range), floor != default.floor);
+        let settings = [
+            ("mount", mount == default.mount || is_mounted),
+            ("floor", !looks_down || is_sonar),
+            (
+                "obstacle_max_range",
+                obstacle_max_range == default.obstacle_max_range || is_sonar && !looks_down,
+            ),
+            (
+                "field_of_view",
+                field_of_view == default.field_of_view || is_bumper,
+            ),
+        ];
+        match settings.into_iter().find(|(_, is_read)| !is_read) {
+            Some((name, _)) => Err(format!(
+                "`{}` does not read `{name}`: leave it out",
+                entry.label()
+            )),
             None => Ok(kind),
         }
     }
@@ -110,66 +132,74 @@ impl Kind {
 
 impl Measured {
     /// Returns the distance that a single sensor at `mount` measures.
-    pub(crate) fn of_range(range: &Range, mount: Pose2D) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// That its cone is none.
+    pub(crate) fn of_range(range: &Range, mount: Pose2D) -> Result<Self, String> {
+        check_cone(range.field_of_view)?;
+        Ok(Self {
             sensor: mount,
             field_of_view: f64::from(range.field_of_view),
             echo: range.echo(),
             least: range.min_range,
-        }
+            greatest: range.max_range,
+        })
     }
 
     /// Returns the distances that the sensors of a ring measure.
-    pub(crate) fn of_ring(ring: &RangeRing) -> impl Iterator<Item = Self> + '_ {
-        (ring.poses.iter().zip(&ring.ranges)).map(|(pose, &range)| Self {
+    ///
+    /// # Errors
+    /// That its cones or poses are none, or that there are more or fewer than ranges.
+    pub(crate) fn of_ring(ring: &RangeRing) -> Result<impl Iterator<Item = Self> + '_, String> {
+        check_cone(ring.field_of_view)?;
+        let (poses, ranges) = (ring.poses.len(), ring.ranges.len());
+        if poses != ranges {
+            return Err(format!("it states {poses} poses and {ranges} ranges"));
+        }
+        if !ring.poses.iter().all(Pose2D::is_finite) {
+            return Err("a pose of it is not finite".to_owned());
+        }
+        Ok((ring.poses.iter().zip(&ring.ranges)).map(|(pose, &range)| Self {
             sensor: *pose,
             field_of_view: f64::from(ring.field_of_view),
             echo: Echo::of(range, ring.min_range, ring.max_range),
             least: ring.min_range,
-        })
+            greatest: ring.max_range,
+        }))
     }
 
-    /// Whether the floor is missing below a sensor that looks down, or lies too deep; `None` if it does not measure.
-    pub(crate) fn is_cliff(&self, deepest: f64) -> Option<bool> {
+    /// Whether the floor, which should be `floor` m below a sensor that looks down, is missing or more than `max_drop` m
+    /// deeper.
+    ///
+    /// # Errors
+    /// That it does not measure the floor: it cannot, or something covers it.
+    pub(crate) fn is_cliff(&self, floor: f64, max_drop: f64) -> Result<bool, String> {
+        let (least, greatest) = (self.least, self.greatest);
+        // A sensor of a fixed distance tells only whether something is nearer than that.
+        let is_fixed = least == greatest;
+        if is_fixed && f64::from(greatest) <= floor {
+            return Err(format!(
+                "it notices what is nearer than {greatest} m, and `floor` is {floor} m"
+            ));
+        }
+        if !is_fixed && f64::from(least) >= floor {
+            return Err(format!("it measures from {least} m on, and `floor` is {floor} m"));
+        }
         match self.echo {
-            Echo::Hit(range) => Some(f64::from(range) > deepest),
-            Echo::TooClose => Some(false),
-            Echo::Free => Some(true),
-            Echo::Nothing => None,
+            Echo::Hit(range) if f64::from(range) >= floor - max_drop => {
+                Ok(f64::from(range) > floor + max_drop)
+            }
+            Echo::TooClose if is_fixed => Ok(false),
+            Echo::Free => Ok(true),
+            Echo::Hit(_) | Echo::TooClose | Echo::Nothing => Err("it does not measure the floor".to_owned()),
         }
     }
+}
 
-    /// Returns where the thing may be that an echo shows, if it is at most `most` m away: the arc across the cone. None
-    /// if `seen` has a point in the cone that is as near, which explains the echo.
-    pub(crate) fn arc<'a>(
-        &self,
-        most: f64,
-        base: &Pose2D,
-        seen: impl IntoIterator<Item = &'a Point2D>,
-    ) -> Vec<Point2D> {
-        /// What a sonar and a laser differ by at the same thing, m.
-        const TOLERANCE: f64 = 0.1;
-        let Some(range) = self.echo.distance(self.least).filter(|range| *range <= most) else {
-            return Vec::new();
-        };
-        let sonar = base.transform(&self.sensor);
-        let half = self.field_of_view / 2.0;
-        let explains = |point: &Point2D| {
-            let local = sonar.localize(&Pose2D::new(point.x, point.y, 0.0));
-            local.x.hypot(local.y) <= range + TOLERANCE && local.y.atan2(local.x).abs() <= half
-        };
-        if seen.into_iter().any(explains) {
-            return Vec::new();
-        }
-        let count = (self.field_of_view * range / SPACING).ceil().clamp(1.0, 500.0);
-        let points = (0..=count as u32).map(|step| {
-            let (sin, cos) = (sonar.theta - half + self.field_of_view * f64::from(step) / count).sin_cos();
-            Point2D {
-                x: sonar.x + range * cos,
-                y: sonar.y + range * sin,
-            }
-        });
-        points.collect()
+fn check_cone(field_of_view: f32) -> Result<(), String> {
+    match (0.0..=TURN).contains(&field_of_view) {
+        true => Ok(()),
+        false => Err(format!("its field of view is {field_of_view} rad")),
     }
 }
 
