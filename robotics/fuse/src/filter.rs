@@ -12,7 +12,7 @@ const STANDING_SPEED: f64 = 0.002;
 /// Of its turn rate, rad/s.
 const STANDING_RATE: f64 = 0.0005;
 /// Half of the distance of wheels, m: how much a wheel that slips spoils the speed for each rad/s that it spoils the turn.
-const SLIP_LEVER: f64 = 0.3;
+pub(crate) const SLIP_LEVER: f64 = 0.3;
 /// What is left of the noise of the motion while the base stands.
 const STANDING_NOISE: f64 = 1e-4;
 /// How long before its first measurement a base that stood may have started, s.
@@ -209,7 +209,12 @@ impl Filter {
             None => wheels.turn(&self.state),
         };
         let difference = turn.difference[0];
-        let turned = self.take(&turn, threshold);
+        let mut taken = *self;
+        let turned = taken.take(&turn, threshold);
+        // Beside a base that is turned by hand, wheels that stand say nothing of their constants.
+        if !wheels.is_standing {
+            *self = taken;
+        }
         let [[xx, xy, _], [yx, yy, _], _] = wheels.covariance;
         let slip = match turned {
             Outcome::Taken => 0.0,
@@ -283,5 +288,11 @@ impl Filter {
         }
         self.covariance = symmetric(&next);
         Outcome::Taken
+    }
+
+    /// The gyro's bias may be off by another `bias`, rad/s, and has turned the estimate by `yaw`, rad, that was no turn.
+    pub(crate) fn doubt_bias(&mut self, bias: f64, yaw: f64) {
+        self.covariance[BIAS][BIAS] += bias * bias;
+        self.covariance[YAW][YAW] += yaw * yaw;
     }
 }

@@ -19,4 +19,4 @@ mod timeline;
 pub use filter::{Filter, Outcome};
 pub use measurement::{Heading, Measurement, Place, Position, Thresholds, Turn, Wheels};
 pub use state::{Initial, ProcessNoise, State};
-pub use timeline::{MAX_MEASUREMENTS, TimeError, Timeline};
+pub use timeline::{MAX_GAP, MAX_MEASUREMENTS, TimeError, Timeline};

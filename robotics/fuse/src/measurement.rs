@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use crate::filter::SLIP_LEVER;
 use crate::matrix::Matrix;
 use crate::state::{BIAS, DRIFT, RATE, SIZE, State, TURN_SCALE, VX, VY, X, Y, YAW, normalize};
 
@@ -108,7 +109,18 @@ impl Turn {
     }
 }
 
+/// By how much wheels slip, rad/s, where nothing would notice it.
+const UNSEEN_SLIP: f64 = 0.3;
+
 impl Wheels {
+    /// The same wheels where a gyro measures, but not at the time at which these may have slipped.
+    pub(crate) fn unseen(mut self) -> Self {
+        let turn = UNSEEN_SLIP * UNSEEN_SLIP;
+        self.covariance[0][0] += SLIP_LEVER * SLIP_LEVER * turn;
+        self.covariance[2][2] += turn;
+        self
+    }
+
     pub(crate) fn speeds(&self, state: &State, covariance: Matrix<2, 2>) -> Innovation<2> {
         let mut by_state = [[0.0; SIZE]; 2];
         (by_state[0][VX], by_state[1][VY]) = (1.0, 1.0);

@@ -6,7 +6,7 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use crate::filter::{Filter, Outcome};
-use crate::measurement::{Measurement, Thresholds};
+use crate::measurement::{Measurement, Thresholds, Turn};
 use crate::state::ProcessNoise;
 
 /// The most measurements that are kept: one second of a gyro of 400 Hz and of all else.
@@ -14,7 +14,10 @@ pub const MAX_MEASUREMENTS: usize = 512;
 
 /// The longest time between two measurements of a gyro that works, s, and between one and the wheels that it is compared
 /// with.
-const MAX_GAP: f64 = 0.11;
+pub const MAX_GAP: f64 = 0.11;
+
+/// For so long before the history a gyro is kept to be compared with wheels that come late.
+const TURNS_BEFORE: Duration = Duration::from_millis(500);
 
 /// Estimates and measurements.
 #[derive(Clone, Debug)]
@@ -22,6 +25,8 @@ pub struct Timeline {
     /// The estimate before the first measurement that is kept.
     first: (Duration, Filter),
     entries: VecDeque<Entry>,
+    /// What a gyro measured before them.
+    turns: VecDeque<(Duration, Turn)>,
     /// How far before the newest measurement the oldest may be.
     length: Duration,
 }
@@ -32,6 +37,15 @@ struct Entry {
     measurement: Measurement,
     outcome: Outcome,
     after: Filter,
+}
+
+impl Entry {
+    fn turn(&self) -> Option<(Duration, Turn)> {
+        match (self.measurement, self.outcome) {
+            (Measurement::Turn(turn), Outcome::Taken) => Some((self.time, turn)),
+            _ => None,
+        }
+    }
 }
 
 /// Why a measurement has no place.
@@ -58,6 +72,7 @@ impl Timeline {
         Self {
             first: (time, filter),
             entries: VecDeque::new(),
+            turns: VecDeque::new(),
             length,
         }
     }
@@ -128,6 +143,12 @@ impl Timeline {
             filter.predict((now - time).as_secs_f64(), noise);
         }
         let gyro = self.gyro(at, noise);
+        let measurement = match measurement {
+            Measurement::Wheels(wheels) if gyro.is_none() && self.has_turned(at, noise) => {
+                Measurement::Wheels(wheels.unseen())
+            }
+            measurement => measurement,
+        };
         let outcome = filter.update(&measurement, gyro, noise, thresholds);
         let entry = &mut self.entries[at];
         (entry.outcome, entry.after) = (outcome, filter);
@@ -145,14 +166,7 @@ impl Timeline {
             return None;
         };
         let since = time.saturating_sub(wheels.lasts);
-        let mut turns =
-            self.entries
-                .range(..at)
-                .rev()
-                .filter_map(|entry| match (entry.measurement, entry.outcome) {
-                    (Measurement::Turn(turn), Outcome::Taken) => Some((entry.time, turn)),
-                    _ => None,
-                });
+        let mut turns = self.turns_before(at);
         let (mut from, newest) = turns.next()?;
         let age = (time - from).as_secs_f64();
         if age > MAX_GAP {
@@ -185,17 +199,41 @@ impl Timeline {
         Some(((turned + rate * unknown) / lasts, variance))
     }
 
+    /// What a gyro measured before an entry, from the newest back.
+    fn turns_before(&self, at: usize) -> impl Iterator<Item = (Duration, Turn)> {
+        let entries = self.entries.range(..at).rev().filter_map(Entry::turn);
+        entries.chain(self.turns.iter().rev().copied())
+    }
+
+    /// Whether there is a gyro, although it measures too seldom to notice whether these wheels slip.
+    fn has_turned(&self, at: usize, noise: &ProcessNoise) -> bool {
+        let time = self.entries[at].time;
+        self.turns_before(at)
+            .next()
+            .is_some_and(|(turned, _)| (time - turned).as_secs_f64() < noise.standstill)
+    }
+
+    /// The gyro's bias may be off by another `bias`, rad/s, and has turned the estimate by `yaw`, rad, that was no turn.
+    pub fn doubt_bias(&mut self, bias: f64, yaw: f64) {
+        self.first.1.doubt_bias(bias, yaw);
+        for entry in &mut self.entries {
+            entry.after.doubt_bias(bias, yaw);
+        }
+    }
+
     /// Drops what is older than the history.
     fn trim(&mut self) {
         let oldest = self.newest().0.saturating_sub(self.length);
-        while let Some(entry) = self.entries.pop_front_if(|entry| entry.time < oldest) {
-            self.first = (entry.time, entry.after);
-        }
-        while self.entries.len() > MAX_MEASUREMENTS {
+        while (self.entries.front())
+            .is_some_and(|entry| entry.time < oldest || self.entries.len() > MAX_MEASUREMENTS)
+        {
             if let Some(entry) = self.entries.pop_front() {
+                self.turns.extend(entry.turn());
                 self.first = (entry.time, entry.after);
             }
         }
+        let oldest = self.first.0.saturating_sub(TURNS_BEFORE);
+        while self.turns.pop_front_if(|(time, _)| *time < oldest).is_some() {}
     }
 }
 

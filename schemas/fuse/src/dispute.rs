@@ -5,6 +5,8 @@ use core::time::Duration;
 
 use jde_fuse::{Initial, Outcome, State, Wheels};
 
+use crate::push::Push;
+
 /// For so long turns are summed up and compared, s.
 const LENGTHS: [f64; 2] = [2.0, 20.0];
 /// Deviations from which on a difference is none of those that were expected.
@@ -29,6 +31,7 @@ pub(crate) struct Dispute {
     slipped: f64,
     agreed: f64,
     is_over: bool,
+    push: Push,
 }
 
 /// What was summed up.
@@ -50,7 +53,7 @@ impl Dispute {
     }
 
     /// Takes what became of the wheels. The filter's constants were expected to be within `expected`, with this deviation
-    /// of the bias.
+    /// of the bias. Returns the change of the bias, rad/s, and how long it has been there, s, if there is one.
     pub(crate) fn roll(
         &mut self,
         time: Duration,
@@ -58,7 +61,7 @@ impl Dispute {
         state: &State,
         expected: &Initial,
         patience: f64,
-    ) {
+    ) -> Option<(f64, f64)> {
         let last = self.rolled.replace(time);
         let (sum, count) = core::mem::take(&mut self.gyro);
         let step = last.map_or(f64::INFINITY, |last| time.saturating_sub(last).as_secs_f64());
@@ -69,20 +72,27 @@ impl Dispute {
         };
         let Some(gyro) = gyro.filter(|_| step < MAX_GAP) else {
             self.windows = Default::default();
-            return;
+            return None;
         };
+        let is_pushed = matches!(outcome, Outcome::Slips(_) | Outcome::Pushed(_)) && wheels.is_standing;
+        let change = is_pushed.then(|| self.push.add(time, gyro)).flatten();
+        if !is_pushed {
+            self.push.end();
+        }
         match outcome {
+            // The gyro measures how the base is moved.
+            _ if wheels.is_standing => {}
             Outcome::Slips(_) => {
                 (self.slipped, self.agreed) = (self.slipped + step, 0.0);
                 self.is_over |= self.slipped > patience;
             }
             Outcome::Taken => self.compare(step, wheels, gyro, expected),
-            // The base is moved: the gyro measures that.
             Outcome::Pushed(_) | Outcome::Refused(_) | Outcome::Invalid => {}
         }
         let is_too_far = |value: f64, deviation: f64| value.abs() > MOST * deviation + 1e-6;
         self.is_over |=
             is_too_far(state.drift, expected.drift) || is_too_far(state.turn_scale, expected.turn_scale);
+        change
     }
 
     fn compare(&mut self, step: f64, wheels: &Wheels, gyro: f64, expected: &Initial) {
@@ -111,6 +121,11 @@ impl Dispute {
         self.is_over.then_some(
             "wheels and gyro contradict each other: check the gyro, how it is mounted, and `turn_scale_deviation`",
         )
+    }
+
+    /// Whether the gyro has shown a turn for long while the wheels stood.
+    pub(crate) fn is_pushed(&self) -> bool {
+        self.push.lasts()
     }
 }
 

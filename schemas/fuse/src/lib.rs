@@ -7,6 +7,7 @@ mod measure;
 mod memory;
 mod panel;
 mod ports;
+mod push;
 mod refusal;
 mod sensor;
 
@@ -243,13 +244,24 @@ impl Ekf {
         if rate.is_nan() || rate > self.limits.max_turn_rate_deviation.get(cx) {
             return Err(said(format!("the turn rate may be off by {rate:.2} rad/s")));
         }
+        let [[xx, ..], [_, yy, _], [.., heading]] = filter.pose_covariance();
+        let [place, heading] = [xx.max(yy), heading].map(|variance| variance.max(0.0).sqrt());
+        let has_place = self.position.is_bound(cx) || self.pose.is_bound(cx);
+        if has_place && place > self.limits.max_position_deviation.get(cx) {
+            return Err(said(format!("the position may be off by {place:.1} m")));
+        }
+        if has_place && heading > self.limits.max_heading_deviation.get(cx) {
+            return Err(said(format!(
+                "the heading may be off by {:.0} degrees",
+                heading.to_degrees()
+            )));
+        }
         let odometry = self.exported(now, &filter);
         if !is_finite(&odometry) {
             return Err(said("the estimate has numbers that are none".to_owned()));
         }
         self.gyro_bias.write(cx, filter.state().bias);
         self.odometry.write(cx, odometry);
-        let heading = filter.pose_covariance()[2][2].max(0.0).sqrt();
         Ok(said(format!(
             "speed to {speed:.3} m/s, heading to {:.1} degrees, bias {:.2} degrees/s",
             heading.to_degrees(),
@@ -313,6 +325,9 @@ impl Ekf {
         } = &self.sensors;
         if let Some(words) = self.dispute.words() {
             return Err(words.to_owned());
+        }
+        if self.dispute.is_pushed() {
+            return Err("the gyro shows a turn that is no steady bias although the wheels stand".to_owned());
         }
         if heading.is_refused(now, patience) {
             return Err("the headings of the IMU contradict all else".to_owned());

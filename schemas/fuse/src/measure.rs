@@ -1,6 +1,6 @@
 //! Takes what the sensors have measured since the last iteration.
 
-use jde_fuse::{Heading, Measurement, Outcome, Place, Position, Turn, Wheels};
+use jde_fuse::{Heading, MAX_GAP, Measurement, Outcome, Place, Position, Turn, Wheels};
 use jde_motion::{is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::Frame;
@@ -16,6 +16,8 @@ const FROZEN_IMU: f64 = 0.1;
 const FROZEN_RATES: f64 = 0.05;
 /// The same for positions: those of some receivers are rounded to decimetres.
 const FROZEN_POSITION: f64 = 0.5;
+/// Deviations by which a bias changes at most.
+const MAX_CHANGE: f64 = 3.0;
 /// A heading counts once in this time, s.
 const HEADING_TIME: f64 = 1.0;
 /// What a base without wheels to the side moves there, m/s.
@@ -86,7 +88,19 @@ impl Ekf {
                 let mut expected = self.errors.initial(cx, 0.0, 0.0);
                 expected.bias = filter.bias_deviation();
                 let patience = self.patience.get(cx);
-                (self.dispute).roll(time, (&wheels, outcome), filter.state(), &expected, patience);
+                let roll = (&wheels, outcome);
+                let change = (self.dispute).roll(time, roll, filter.state(), &expected, patience);
+                let deviation = self.errors.initial(cx, 0.0, 0.0).bias;
+                if let Some((change, lasted)) =
+                    change.filter(|(change, _)| change.abs() < MAX_CHANGE * deviation)
+                {
+                    warn!(
+                        cx,
+                        "the gyro's bias has changed by {:.2} degrees/s: it is learned anew",
+                        change.to_degrees()
+                    );
+                    timeline.doubt_bias(deviation, change * lasted);
+                }
             }
             self.sensors.wheels.note(cx.now(), outcome);
         }
@@ -179,6 +193,10 @@ impl Ekf {
             self.dispute.turn(time, turn.rate - bias);
         }
         self.sensors.imu.note(now, outcome);
+        if outcome == Ok(Outcome::Taken) && self.sensors.imu.step() > Some(MAX_GAP) {
+            let words = "the IMU measures too seldom to notice wheels that slip";
+            self.sensors.imu.trouble::<()>(words.to_owned());
+        }
         if let Some(heading) = heading {
             let heading = Measurement::Heading(heading);
             let outcome = timeline.add(time, heading, &settings.noise, &settings.thresholds);

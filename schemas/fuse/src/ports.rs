@@ -108,7 +108,7 @@ pub(crate) struct Growth {
     #[modulation(default = 0.2, unit = "rad2/s3", min = 1e-6, max = 1000.0)]
     process_noise_vyaw: Modulation<f64>,
     /// Of the gyro's bias.
-    #[modulation(default = 1e-9, unit = "rad2/s3", min = 0.0, max = 1.0)]
+    #[modulation(default = 1e-7, unit = "rad2/s3", min = 0.0, max = 1.0)]
     process_noise_bias: Modulation<f64>,
 }
 
@@ -132,7 +132,7 @@ pub(crate) struct Rejection {
     pose_rejection_threshold: Modulation<f64>,
 }
 
-/// When the velocity is known too badly to drive by it.
+/// When the velocity or the place is known too badly to drive by it.
 #[derive(PortBundle)]
 pub(crate) struct Limits {
     /// Greatest standard deviation of the speed ahead with which the odometry is exported.
@@ -141,6 +141,12 @@ pub(crate) struct Limits {
     /// Greatest standard deviation of the turn rate with which the odometry is exported.
     #[modulation(default = 0.6, unit = "rad/s", min = 0.001, max = 10.0)]
     pub(crate) max_turn_rate_deviation: Modulation<f64>,
+    /// Greatest standard deviation of x or y with which the odometry is exported, if `position` or `pose` is bound.
+    #[modulation(default = 2.0, unit = "m", min = 0.001, max = 1000.0)]
+    pub(crate) max_position_deviation: Modulation<f64>,
+    /// Greatest standard deviation of the heading with which the odometry is exported, if `position` or `pose` is bound.
+    #[modulation(default = 20_f64.to_radians(), unit = "rad", min = 0.001, max = 3.15)]
+    pub(crate) max_heading_deviation: Modulation<f64>,
 }
 
 impl ConstantErrors {

@@ -38,6 +38,8 @@ pub(crate) struct Watch {
     /// The number and the time of the last measurement.
     number: u64,
     measured: Option<Duration>,
+    /// The time from the measurement before to the last one, s.
+    step: Option<f64>,
     /// When one was taken last.
     taken: Option<Duration>,
     /// Those that are refused because they are not what is expected.
@@ -53,6 +55,7 @@ impl Watch {
             what,
             number: 0,
             measured: None,
+            step: None,
             taken: None,
             refused: None,
             trouble: None,
@@ -85,8 +88,14 @@ impl Watch {
         if self.measured.is_some_and(|last| time <= last) {
             return self.trouble(format!("the {what} are no newer than those before"));
         }
+        self.step = self.measured.map(|last| (time - last).as_secs_f64());
         self.measured = Some(time);
         Some(sample)
+    }
+
+    /// Returns the time from the measurement before to the last one, s.
+    pub(crate) const fn step(&self) -> Option<f64> {
+        self.step
     }
 
     /// Notes what is wrong with a measurement.
