@@ -182,6 +182,11 @@ impl Merge {
         self.lacks.as_deref()
     }
 
+    /// How many sonars have measured nothing for long.
+    pub(crate) fn silent(&self) -> usize {
+        self.silence.count()
+    }
+
     /// What it exported last, if it is valid.
     pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         let nearest = self.circle.as_ref().filter(|_| self.lacks.is_none());

@@ -8,7 +8,10 @@ impl Panel for Merge {
     fn draw(&self, _: &Context, pen: &mut Pen) {
         match self.lacks() {
             Some(lacks) => pen.text(format!("No scan: {lacks}")),
-            None => pen.text("All sensors measure"),
+            None => match self.silent() {
+                0 => pen.text("All sensors measure"),
+                silent => pen.text(format!("Sonars that measure nothing: {silent}")),
+            },
         }
         let canvas = pen.canvas("around").forward_up();
         canvas.area((-3.0, -3.0), (3.0, 3.0)).show(|area| {

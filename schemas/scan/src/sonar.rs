@@ -76,6 +76,11 @@ pub(crate) struct Silence {
 }
 
 impl Silence {
+    /// Returns how many sonars have measured nothing for long.
+    pub(crate) fn count(&self) -> usize {
+        self.since.values().filter(|since| since.is_none()).count()
+    }
+
     /// Adds what a sonar tells. Returns whether it has measured nothing for long, once.
     pub(crate) fn begins(&mut self, sonar: (usize, usize), echo: Echo, now: Duration) -> bool {
         if echo != Echo::Nothing {

@@ -86,6 +86,7 @@ fn a_sonar_that_measures_nothing_for_long_is_named_once() {
     }
     let said: Vec<&str> = bench.log().iter().map(|(_, words)| words.as_str()).collect();
     assert_eq!(said, ["sonar 1 of `sonars` measures nothing"]);
+    assert_eq!(bench.schema().silent(), 1);
 }
 
 #[test]
