@@ -103,7 +103,7 @@ impl Ekf {
         }
         let by_pose = self.by_pose(cx, initial);
         if !self.position.is_bound(cx) && !self.pose.is_bound(cx) {
-            return Ok(self.by_wheels(cx, by_wheels));
+            return self.by_wheels(cx, by_wheels);
         }
         match by_pose {
             Err(words) if !self.position.is_bound(cx) => Err(words),
@@ -113,10 +113,16 @@ impl Ekf {
     }
 
     /// Where the wheels say, from where the robot was before a sleep. That their odometry begins somewhere is exact.
-    fn by_wheels(&self, cx: &Context, (time, wheels): (Duration, Pose2D)) -> Begin {
+    fn by_wheels(&self, cx: &Context, (time, wheels): (Duration, Pose2D)) -> Result<Begin, String> {
         let going_on = self
             .kept
             .filter(|kept| !is_jump(&kept.rolled, &wheels, self.jump.get(cx)));
+        if self.has_begun && going_on.is_none() && self.initial.initial_pose.get(cx).get().is_some() {
+            return Err(
+                "the odometry jumped since it was used last, or was none: where the robot is now, is not known"
+                    .to_owned(),
+            );
+        }
         let (at, deviations) = going_on.map_or((wheels, [EXACT; 2]), |kept| {
             let step = kept.rolled.localize(&wheels);
             (
@@ -124,12 +130,12 @@ impl Ekf {
                 self.errors.on_the_way(cx, &kept.covariance, &step),
             )
         });
-        Begin {
+        Ok(Begin {
             at,
             time,
             deviations,
             frame: None,
-        }
+        })
     }
 
     fn by_pose(&self, cx: &Context, [position, heading]: [f64; 2]) -> Result<Begin, String> {
@@ -214,6 +220,9 @@ impl Ekf {
 
     /// The bias of the gyro that was learned.
     pub(crate) fn known_bias(&self) -> Option<f64> {
+        if self.dispute.words().is_some() {
+            return None;
+        }
         (self.timeline.as_ref())
             .map(|timeline| timeline.newest().1.state().bias)
             .filter(|bias| bias.is_finite())

@@ -20,6 +20,8 @@ const FROZEN_POSITION: f64 = 0.5;
 const MAX_CHANGE: f64 = 3.0;
 /// A heading counts once in this time, s.
 const HEADING_TIME: f64 = 1.0;
+/// The same for poses: a localizer may measure anew only after such a step.
+const FROZEN_POSE: f64 = 0.3;
 /// What a base without wheels to the side moves there, m/s.
 const SIDE_DEVIATION: f64 = 0.005;
 /// A wheel that stands measures less than this, m/s or rad/s.
@@ -296,7 +298,7 @@ impl Ekf {
             y: pose.pose2d().y,
             z: pose.pose2d().theta,
         };
-        if self.sensors.pose.is_frozen(&measured, base, FROZEN_POSITION)
+        if self.sensors.pose.is_frozen(&measured, base, FROZEN_POSE)
             || !is_same_frame(&mut self.frame, &mut self.sensors.pose, &pose.header)
         {
             return;

@@ -57,6 +57,11 @@ pub(crate) struct Drive {
 
 impl Drive {
     pub(crate) fn new(seed: u64) -> Self {
+        Self::with(seed, &INITIAL)
+    }
+
+    /// A base whose constants err by these deviations.
+    pub(crate) fn with(seed: u64, initial: &Initial) -> Self {
         let mut drive = Self {
             random: Rng::with_seed(seed),
             truth: State::default(),
@@ -73,7 +78,7 @@ impl Drive {
             way_scale,
             turn_scale,
             drift,
-        } = INITIAL;
+        } = *initial;
         let mut draw = |deviation: f64| deviation * drive.normal();
         drive.truth = State {
             x: draw(position),
@@ -216,9 +221,17 @@ pub(crate) fn timeline() -> Timeline {
 }
 
 pub(crate) fn take(timeline: &mut Timeline, log: &[(Duration, Measurement)]) -> Vec<Outcome> {
+    take_with(timeline, log, &NOISE)
+}
+
+pub(crate) fn take_with(
+    timeline: &mut Timeline,
+    log: &[(Duration, Measurement)],
+    noise: &ProcessNoise,
+) -> Vec<Outcome> {
     let add = |(time, measurement): &(Duration, Measurement)| {
         timeline
-            .add(*time, *measurement, &NOISE, &THRESHOLDS)
+            .add(*time, *measurement, noise, &THRESHOLDS)
             .expect("it is in the history")
     };
     log.iter().map(add).collect()

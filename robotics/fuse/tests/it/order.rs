@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use jde_fuse::{Heading, Measurement, Place, Position, TimeError, Turn, Wheels};
+use jde_fuse::{Heading, Measurement, Outcome, Place, Position, TimeError, Turn, Wheels};
 use proptest::prelude::*;
 
 use crate::drive::{Drive, NOISE, THRESHOLDS, take, timeline};
@@ -28,6 +28,30 @@ fn a_measurement_that_comes_late_gives_the_same_estimate_as_one_in_time() {
         take(&mut late, &arriving);
         assert_eq!(late.newest(), in_time.newest(), "{late_by} s late");
     }
+}
+
+#[test]
+fn wheels_that_come_at_the_end_of_the_history_are_compared_with_the_gyro_before_them() {
+    let mut drive = Drive::new(12);
+    drive.has_fixes = false;
+    drive.go(3.0, 0.3, 0.0);
+    let end = drive.log.last().expect("measurements").0;
+    // All others have gone from the history.
+    let first = end - Duration::from_secs(1);
+    drive.log.retain(|(time, measurement)| {
+        *time < first || *time > first && matches!(measurement, Measurement::Turn(_))
+    });
+    let mut late = timeline();
+    take(&mut late, &drive.log);
+    let wheels = Wheels {
+        velocity: [0.3, 0.0],
+        rate: 1.0,
+        covariance: [[1e-4, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 4e-4]],
+        lasts: Duration::ZERO,
+        is_standing: false,
+    };
+    let outcome = late.add(first, Measurement::Wheels(wheels), &NOISE, &THRESHOLDS);
+    assert!(matches!(outcome, Ok(Outcome::Slips(_))), "{outcome:?}");
 }
 
 #[test]

@@ -208,3 +208,38 @@ fn after_a_reload_what_was_not_known_is_not_exact() {
         }
     }
 }
+
+#[test]
+fn a_pose_that_repeats_itself_while_the_wheels_move_is_none() {
+    let mut robot = Robot::new(&["odom", "imu", "pose"]);
+    for _ in 0..60 {
+        robot.pose(1.0);
+        robot.go(1, 0.0, 0.0);
+    }
+    for _ in 0..200 {
+        robot.pose(1.0);
+        robot.go(1, 0.3, 0.0);
+    }
+    robot.says("the poses repeat themselves");
+    robot.is_right(0.35);
+}
+
+#[test]
+fn after_a_jump_during_a_sleep_an_initial_pose_holds_no_more() {
+    let mut robot = Robot::wheels_and_imu();
+    robot
+        .bench
+        .set("initial_pose", Start::at(Pose2D::new(1.0, 2.0, 0.5)));
+    robot.go(60, 0.0, 0.0);
+    robot.is_right(0.01);
+    robot.bench.sleep().expect("it sleeps");
+    robot.bench.awake().expect("it awakes");
+    robot.go(10, 0.0, 0.0);
+    robot.is_right(0.01);
+    robot.bench.sleep().expect("it sleeps");
+    robot.wheels.x += 5.0;
+    robot.bench.awake().expect("it awakes");
+    robot.go(10, 0.0, 0.0);
+    assert_eq!(robot.odometry(), None);
+    robot.says("is not known");
+}
