@@ -19,7 +19,7 @@ use crate::sonar::Silence;
 /// before a thing that is up to 0.3 m behind what nobody looked at. While a sensor has no value, an old
 /// one, or one of another clock, there is no scan.
 #[derive(Describe)]
-#[schema(perceptive, period = "50ms", budget = "20ms")]
+#[schema(perceptive, period = "50ms", budget = "40ms")]
 pub struct Merge {
     /// The sensors: LaserScan, RangeRing, Range or Bumpers, at least one laser.
     #[imports(default = Mounting::DEFAULT)]
