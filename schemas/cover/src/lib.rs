@@ -267,6 +267,7 @@ impl Cover {
 
     /// Computes the floor, and plans the next stroke.
     fn plan(&mut self, cx: &Context, robot: &Pose2D) -> Result {
+        self.stroke = None;
         let obstacles = self.obstacles.as_ref().ok_or("there is no map")?;
         let geometry = *obstacles.known().geometry();
         let whole = self.floor_around(cx, obstacles.known(), robot)?;

@@ -349,3 +349,20 @@ fn what_is_seen_in_another_frame_leads_nowhere() {
     let words = mission(&bench).note;
     assert!(words.as_str().contains("another frame"), "{}", words.as_str());
 }
+
+#[test]
+fn a_robot_that_is_closed_in_by_what_it_sees_and_left_out_has_no_path() {
+    let mut bench = bench(&ROOM);
+    for second in 0..22 {
+        bench.set_now(Duration::from_secs(second));
+        bench.iterate().expect("the iteration succeeds");
+    }
+    assert!(bench.exported::<Path>("path").is_some());
+    let mut seen = map(&ROOM);
+    seen.header.frame_id = Text::truncated("odom");
+    seen.data.as_mut_slice().fill(100);
+    bench.import("seen", &*seen);
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(bench.exported::<Path>("path"), None);
+    assert_eq!(mission(&bench).state, Mission::RUNNING);
+}
