@@ -12,7 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::metadata::Metadata;
 use crate::paint::Paint;
-use crate::shell;
+use crate::prerequisites::INSTALL_VALGRIND;
+use crate::step::StepOutcome;
+use crate::test::Context;
+use crate::{shell, valgrind};
 
 /// The folder and the package of the paths.
 const FOLDER: &str = "benches";
@@ -21,9 +24,9 @@ const PACKAGE: &str = "jde-paths";
 const BASELINE_FILE: &str = "benches/counts.json";
 /// A path runs this many times, and then twice as many times. The difference excludes the start and the end
 /// of the process.
-const TIMES: u64 = 1000;
+const PATH_REPETITIONS: u64 = 1000;
 /// The share by which a count may differ. One allocation or one lock exceeds it on every path.
-const TOLERANCE: f64 = 0.03;
+const COUNT_TOLERANCE: f64 = 0.03;
 
 /// The content of the file.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +35,15 @@ struct Counts {
     compiler: String,
     /// Instructions of each path.
     instructions: BTreeMap<String, u64>,
+}
+
+/// The step `counts`.
+pub(crate) fn step(context: &Context) -> Result<StepOutcome> {
+    if !valgrind::is_installed() {
+        return context.missing_tool("valgrind", INSTALL_VALGRIND);
+    }
+    check(&context.root, context.paint)?;
+    Ok(StepOutcome::Passed)
 }
 
 /// Counts, and compares with the expected counts. Returns an error if they differ. Does not compare counts of
@@ -88,7 +100,7 @@ fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) ->
             continue;
         };
         let more = *now as f64 / *then as f64 - 1.0;
-        if more.abs() > TOLERANCE {
+        if more.abs() > COUNT_TOLERANCE {
             let percent = 100.0 * more;
             faults.push(format!(
                 "`{path}` takes {now} instructions, and took {then}: {percent:+.1} %"
@@ -105,12 +117,12 @@ fn count(root: &Path, paint: Paint) -> Result<BTreeMap<String, u64>> {
     let program = build(root, paint)?;
     let names = shell::read(&mut Command::new(&program))?;
     let counts = names.lines().map(|name| {
-        let once = collected(&program, name, TIMES)?;
-        let twice = collected(&program, name, 2 * TIMES)?;
+        let once = collected(&program, name, PATH_REPETITIONS)?;
+        let twice = collected(&program, name, 2 * PATH_REPETITIONS)?;
         let each = twice
             .checked_sub(once)
             .context("running a path twice takes fewer instructions than once")?
-            / TIMES;
+            / PATH_REPETITIONS;
         Ok((name.to_owned(), each))
     });
     counts.collect()

@@ -4,6 +4,8 @@
 //! It runs the development build that the other steps use, since an optimised build would take as long as all
 //! other steps.
 
+use std::process::Command;
+
 use anyhow::{Context as _, Result, ensure};
 
 use crate::shell;
@@ -13,7 +15,7 @@ use crate::test::Context;
 /// The name under which the demonstration prints the digest of its decisions.
 const DIGEST: &str = "decisions_sha256";
 /// The number of hexadecimal digits of the digest.
-const DIGITS: usize = 64;
+const DIGEST_DIGITS: usize = 64;
 
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let first = decisions(context, "1")?;
@@ -29,10 +31,13 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
 
 /// Runs the demonstration and returns the digest of its decisions.
 fn decisions(context: &Context, seed: &str) -> Result<String> {
-    let mut cargo = context.cargo(&["run", "--quiet", "--", "demo", "--headless", "--lockstep"]);
-    cargo.args(["--seed", seed]);
-    shell::show(&cargo, context.paint);
-    let output = shell::read(&mut cargo)?;
+    // The program of `cargo run` as the first step has built it: alone, cargo would build its libraries again.
+    let mut launcher = Command::new(context.target.join("debug/jde-launcher"));
+    launcher
+        .args(["demo", "--headless", "--lockstep", "--seed", seed])
+        .current_dir(&context.root);
+    shell::show(&launcher, context.paint);
+    let output = shell::read(&mut launcher)?;
     print!("{output}");
     digest(&output).with_context(|| format!("the demonstration printed no {DIGEST}"))
 }
@@ -41,7 +46,9 @@ pub(crate) fn digest(output: &str) -> Option<String> {
     let (_, after) = output.split_once(DIGEST)?;
     let line = after.lines().next()?;
     let mut numbers = line.split(|c: char| !c.is_ascii_hexdigit());
-    numbers.find(|number| number.len() == DIGITS).map(str::to_owned)
+    numbers
+        .find(|number| number.len() == DIGEST_DIGITS)
+        .map(str::to_owned)
 }
 
 #[cfg(test)]
@@ -61,7 +68,7 @@ mod tests {
 
     #[test]
     fn other_text_is_not_taken_for_a_digest() {
-        let digits = "0".repeat(DIGITS);
+        let digits = "0".repeat(DIGEST_DIGITS);
         for output in [
             "".to_owned(),
             format!("{DIGEST}: abc\n{digits}"),

@@ -9,7 +9,8 @@ use serde::Deserialize;
 
 use crate::shell;
 use crate::step::StepOutcome;
-use crate::test::{BENCHES, Context, FUZZERS};
+use crate::steps::{BENCHES, FUZZERS};
+use crate::test::Context;
 
 /// A message of cargo that holds one of the compiler.
 #[derive(Deserialize)]
@@ -38,8 +39,7 @@ pub(crate) fn build_all(context: &Context) -> Command {
     cargo
 }
 
-/// Reads the warnings of the build, which cargo repeats. The benches and the fuzzers are linted without a
-/// build.
+/// Reads the warnings of the build, which cargo repeats.
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !context.has_lints() {
         return context.missing_tool("clippy", "rustup component add clippy");
@@ -51,8 +51,13 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         println!("{}", warnings.concat());
         bail!("{} warnings", warnings.len());
     }
-    if !context.options.all {
-        return Ok(StepOutcome::Passed);
+    Ok(StepOutcome::Passed)
+}
+
+/// Lints the benches and the fuzzers, without a build.
+pub(crate) fn run_others(context: &Context) -> Result<StepOutcome> {
+    if !context.has_lints() {
+        return context.missing_tool("clippy", "rustup component add clippy");
     }
     // The fuzzers include modules whose tests belong to their own crates.
     for (workspace, targets) in [(BENCHES, &["--all-targets"][..]), (FUZZERS, &["--lib", "--bins"])] {

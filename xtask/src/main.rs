@@ -26,6 +26,7 @@ mod python;
 mod ros2;
 mod shell;
 mod step;
+mod steps;
 mod test;
 mod tidy;
 mod tutorial;
@@ -155,11 +156,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
                 only,
                 skip,
             };
-            let options = test::Options {
-                install,
-                all,
-                package,
-            };
+            let options = test::Options { install, package };
             return test::run(root, &choice, options, paint);
         }
         Verb::Tidy => tidy::run(&root)?,

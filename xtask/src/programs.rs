@@ -1,9 +1,8 @@
 //! The test programs that a build produces. Lists them from cargo's JSON messages, and runs them.
 
 use std::fs;
-use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,6 +12,7 @@ use serde::Deserialize;
 
 use crate::paint::Paint;
 use crate::shell;
+use crate::step::output;
 use crate::test::Context;
 
 /// Programs that measure how long their schemas hang: they run first and alone.
@@ -21,6 +21,9 @@ const RUN_ALONE: &[&str] = &["conformance"];
 /// The programs that take longest start first, each with the number of tests that it runs at once; otherwise
 /// the last one would run alone. Those that mostly wait for robots run more tests than there are cores.
 const LONGEST_FIRST: &[(&str, usize)] = &[("verbs", 3), ("bases", 8), ("jde_view", 2), ("campaign", 2)];
+
+/// Programs that other steps run too, after the tests: under valgrind, and with schemas in Python.
+const RUN_AGAIN: &[&str] = &["conformance", "read", "torture"];
 
 /// How many programs run at once.
 const AT_ONCE: usize = 2;
@@ -110,6 +113,11 @@ fn list(messages: &str) -> Vec<Program> {
 impl Program {
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Whether a step after the tests runs it too.
+    pub(crate) fn runs_again(&self) -> bool {
+        RUN_AGAIN.contains(&self.name.as_str())
     }
 
     /// Appends the test to a command that runs it as cargo does: in the folder of its package.
@@ -215,24 +223,6 @@ fn run(mut job: Job, paint: Paint) -> Option<String> {
     (!passed).then(|| format!("{} ({})", job.title, failed_tests(&output).join(", ")))
 }
 
-/// Runs a command. Returns what it writes, and whether it succeeds.
-fn output(command: &mut Command) -> Result<(String, bool)> {
-    let (mut reader, writer) = io::pipe()?;
-    command
-        .stdin(Stdio::null())
-        .stdout(writer.try_clone()?)
-        .stderr(writer);
-    let mut child = command.spawn().context("cannot start it")?;
-    // The command keeps a copy of the pipe's end that writes.
-    *command = Command::new("true");
-    let mut output = Vec::new();
-    reader.read_to_end(&mut output)?;
-    Ok((
-        String::from_utf8_lossy(&output).into_owned(),
-        child.wait()?.success(),
-    ))
-}
-
 fn report(title: &str, output: &str, passed: bool, time: Duration, paint: Paint) -> String {
     let time = time.as_secs_f64();
     if passed {
@@ -288,6 +278,13 @@ mod tests {
     }
 
     #[test]
+    fn what_valgrind_runs_is_kept() {
+        for (_, name) in crate::valgrind::TESTS {
+            assert!(RUN_AGAIN.contains(name), "{name}");
+        }
+    }
+
+    #[test]
     fn a_test_that_does_not_exist_is_an_error() {
         let error = find(&list(MESSAGES), "b", "gone").unwrap_err().to_string();
         assert_eq!(error, "b has no test called gone any more");
@@ -336,12 +333,6 @@ mod tests {
         ]);
         run_all(jobs, Paint::plain()).unwrap();
         assert_eq!(fs::read_to_string(file).unwrap(), "first\nside\nlong\nlast\n");
-    }
-
-    #[test]
-    fn standard_output_and_standard_error_are_read() {
-        let (text, passed) = output(&mut job("echo one; echo two >&2; exit 3").command).unwrap();
-        assert_eq!((text.as_str(), passed), ("one\ntwo\n", false));
     }
 
     #[test]
