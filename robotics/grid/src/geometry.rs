@@ -176,6 +176,13 @@ impl Geometry {
         cell.x < self.width && cell.y < self.height
     }
 
+    /// Returns whether the cell is one of the outermost cells of the grid.
+    #[must_use]
+    pub const fn is_on_edge(&self, cell: Cell) -> bool {
+        self.contains(cell)
+            && (cell.x == 0 || cell.y == 0 || cell.x + 1 == self.width || cell.y + 1 == self.height)
+    }
+
     /// Returns the place of a cell of the grid in its data: row by row, as in ROS.
     #[must_use]
     pub const fn index(&self, cell: Cell) -> usize {

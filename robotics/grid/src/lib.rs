@@ -18,6 +18,7 @@
 pub mod costmap;
 mod coverage;
 mod distance;
+mod edge;
 mod field;
 mod frontier;
 mod geometry;
@@ -39,6 +40,7 @@ mod window;
 pub use costmap::{Costmap, Inflation, InflationError};
 pub use coverage::{CellSet, Floor, Stroke};
 pub use distance::{Distances, NO_SOURCE, squared_distances};
+pub use edge::edge_toward;
 pub use field::Field;
 pub use frontier::frontiers;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};

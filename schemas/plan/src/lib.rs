@@ -1,11 +1,13 @@
 //! Plans a path over a map to a target. It commands nothing, and it knows only the obstacles of the map, those that are
 //! seen, and what an operator draws on the map.
 
+mod beyond;
 mod drawn;
 mod ends;
 mod followed;
 mod memory;
 mod panel;
+mod points;
 mod situation;
 mod verdict;
 
@@ -16,14 +18,13 @@ use jde_grid::{
 use jde_schema::prelude::*;
 use jde_schema::types::{Lanes, Quaternion, Zones};
 
+use beyond::Exit;
 use drawn::{Drawn, InForce};
 use ends::Ends;
 use followed::{Change, Followed};
+use points::{apart, length, points};
 use situation::Situation;
 use verdict::Verdict;
-
-/// By how much a path may leave the planned way, in cells: far below what a cell itself leaves open.
-const TOLERANCE: f64 = 0.25;
 
 /// The largest step of the pose from one iteration to the next, m, beside what the robot drives: a localizer corrects less.
 const LARGEST_STEP: f64 = 1.0;
@@ -49,7 +50,8 @@ enum Planner {
 
 /// Exports the path from the robot to the target, or says why there is none.
 ///
-/// The map, the pose and the target are in one frame. A robot that is too close to an obstacle, although its centre
+/// The map, the pose and the target are in one frame. If unknown cells are open, the path to a target off the map leads to
+/// the edge of the map, which may grow. A robot that is too close to an obstacle, although its centre
 /// is in none, is led out of there first, and so is one in a keep-out zone. A path is never older than the last
 /// iteration: without a way it is retracted.
 #[derive(Describe)]
@@ -93,7 +95,8 @@ pub struct Plan {
     #[modulation(default = 300.0, unit = "s", min = 0.0, max = 86400.0)]
     observation_persistence: Modulation<f64>,
     /// How long there may be no way to a target before `planning` fails. It fails after 2 s if the target is off the map or
-    /// in one of its obstacles, unless unknown cells are open: then the map may grow.
+    /// in one of its obstacles, unless unknown cells are open: then the map may grow. It also fails after 2 s if the target is
+    /// farther than a map can reach.
     #[modulation(default = 28.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
     /// Whether the way may lead through unknown cells.
@@ -136,6 +139,8 @@ pub struct Plan {
     fields: [PricedField; 2],
     /// The target that no way reaches, and the place near it where the path ends, in metres.
     place: Option<((f64, f64), (f64, f64))>,
+    /// Where the map is left on the way to a target that is off it.
+    exit: Option<Exit>,
     situation: Option<Situation>,
     /// What an operator has drawn on the panel.
     drawn: Drawn,
@@ -195,7 +200,13 @@ impl Plan {
         self.look(cx, &pose)?;
         let robot = pose.pose2d();
         let way = self.way_past_unseen(cx, &prices, (robot.x, robot.y), (target.x, target.y))?;
-        let points = self.points(&way, (robot.x, robot.y), (target.x, target.y));
+        let geometry = *self.followed.as_ref().ok_or(Situation::NoMap)?.costs().geometry();
+        let ends = [(robot.x, robot.y), (target.x, target.y)];
+        let points = points(&geometry, &way, ends);
+        let left = match geometry.cell_at(ends[1]) {
+            None => points.last().map(|&end| apart(end, ends[1])),
+            Some(_) => None,
+        };
         let header = Header {
             stamp: cx.now().into(),
             frame_id: pose.header.frame_id,
@@ -205,12 +216,14 @@ impl Plan {
         if let Some(last) = path.poses.as_mut_slice().last_mut()
             && wanted.has_heading.get()
             && !cut
+            && left.is_none()
         {
             last.pose.orientation = Quaternion::from_yaw(target.theta);
         }
-        let situation = Situation::Path {
-            length: length(&points),
-            cut,
+        let length = length(&points);
+        let situation = match left {
+            Some(left) => beyond::toward(length, cut, left)?,
+            None => Situation::Path { length, cut },
         };
         self.path.write(cx, path);
         self.points = points;
@@ -317,6 +330,7 @@ impl Plan {
         // What is seen may go away, and a map with open unknown cells may grow.
         let is_final = match situation {
             Situation::NoWay(PlanError::GoalOutside) => !may_grow,
+            Situation::TooFar { .. } => true,
             Situation::NoWay(PlanError::GoalClosed) => !may_grow && !is_seen,
             _ => false,
         };
@@ -352,13 +366,24 @@ impl Plan {
         let followed = self.followed.as_ref().ok_or(Situation::NoMap)?;
         let ends = Ends { followed, prices };
         let tolerance = self.tolerance.get(cx);
-        let goal = match ends.goal(target) {
-            Err(situation) if tolerance == 0.0 => return Err(situation),
+        let goal = ends.goal(target);
+        let is_beyond = goal == Err(PlanError::GoalOutside.into()) && self.allow_unknown.get(cx);
+        if is_beyond {
+            beyond::check_distance(followed.costs().geometry(), robot, target)?;
+        }
+        let goal = match goal {
+            Err(situation) if tolerance == 0.0 && !is_beyond => return Err(situation),
             goal => goal,
         };
         let (mut points, start) = ends.start(robot, 2.0 * self.circumscribed_radius.get(cx))?;
         let (costs, planner) = (followed.costs(), self.planner.get(cx));
         let [exact, instead] = &mut self.fields;
+        if is_beyond {
+            let way_to = |place| search(planner, costs, prices, instead, (start, place)).ok();
+            let way = beyond::way_off(&mut self.exit, (followed, prices), start, target, way_to)?;
+            points.extend(way.points);
+            return Ok(Way { points, ..way });
+        }
         let exact = goal.and_then(|goal| Ok(search(planner, costs, prices, exact, (start, goal))?));
         let nearby = match exact {
             Err(
@@ -388,30 +413,6 @@ impl Plan {
         })?;
         points.extend(way.points);
         Ok(Way { points, ..way })
-    }
-
-    /// The points of the path in metres. Its ends are robot and target themselves, not the centres of their
-    /// cells; a target in an obstacle is not its end.
-    fn points(&self, way: &Way, robot: (f64, f64), target: (f64, f64)) -> Vec<(f64, f64)> {
-        let Some(geometry) = self
-            .followed
-            .as_ref()
-            .map(|followed| *followed.costs().geometry())
-        else {
-            return Vec::new();
-        };
-        let way = way.simplified(TOLERANCE);
-        let mut points: Vec<_> = way.points.iter().map(|&point| geometry.to_world(point)).collect();
-        let end = points
-            .pop()
-            .filter(|&end| geometry.cell_at(end) != geometry.cell_at(target));
-        points.push(end.unwrap_or(target));
-        if points.len() > 1 {
-            points[0] = robot;
-        } else {
-            points.insert(0, robot);
-        }
-        points
     }
 
     fn inflation(&self, cx: &Context) -> Inflation {
@@ -471,14 +472,6 @@ fn search(
         }
     };
     jde_grid::plan(costs, prices, angles, start, goal)
-}
-
-fn length(points: &[(f64, f64)]) -> f64 {
-    points.windows(2).map(|pair| apart(pair[0], pair[1])).sum()
-}
-
-fn apart(a: (f64, f64), b: (f64, f64)) -> f64 {
-    (b.0 - a.0).hypot(b.1 - a.1)
 }
 
 jde_schema::export!("plan", "Plans a path over a map to a target.", [Plan]);

@@ -17,6 +17,15 @@ pub(crate) enum Situation {
         /// Whether it has more poses than a path can have, so that its end is missing.
         cut: bool,
     },
+    /// There is a path toward a target off the map.
+    Toward {
+        /// The length of the way on the map, m.
+        length: f64,
+        /// Whether it has more poses than a path can have, so that its end is missing.
+        cut: bool,
+        /// How far the target is from where the way leaves the map, m.
+        left: f64,
+    },
     /// There is no target to plan to.
     NoTarget,
     /// There is no map yet, or its schema has retracted it.
@@ -39,16 +48,33 @@ pub(crate) enum Situation {
     NoWayOut,
     /// The target is in a keep-out zone, or too close to one.
     TargetInZone,
+    /// The target is off the map, and no way leads off the map.
+    NoWayOff,
+    /// The target is off the map, and the robot is at its edge.
+    AtEdge,
+    /// The target is off any map that has cells of this size.
+    TooFar {
+        /// How far it is, m.
+        distance: f64,
+        /// The longest side of a map, m.
+        side: f64,
+    },
 }
 
 impl Situation {
     /// Whether there is no way to a target, while map, place and target are known.
     pub(crate) const fn is_without_way(&self) -> bool {
         match self {
-            Self::NoWay(_) | Self::NoWayOutside | Self::NoWayPast | Self::NoWayOut | Self::TargetInZone => {
-                true
-            }
+            Self::NoWay(_)
+            | Self::NoWayOutside
+            | Self::NoWayPast
+            | Self::NoWayOut
+            | Self::TargetInZone
+            | Self::NoWayOff
+            | Self::AtEdge
+            | Self::TooFar { .. } => true,
             Self::Path { .. }
+            | Self::Toward { .. }
             | Self::NoTarget
             | Self::NoMap
             | Self::NoPose
@@ -88,6 +114,13 @@ impl fmt::Display for Situation {
         match self {
             Self::Path { length, cut: false } => write!(f, "a path of {length:.2} m"),
             Self::Path { length, cut: true } => write!(f, "the beginning of a path of {length:.2} m"),
+            Self::Toward { length, cut, left } => {
+                let beginning = if *cut { "the beginning of " } else { "" };
+                write!(
+                    f,
+                    "{beginning}a path of {length:.2} m to the edge of the map, {left:.0} m before the goal"
+                )
+            }
             Self::NoTarget => f.write_str("there is no target"),
             Self::NoMap => f.write_str("there is no map"),
             Self::NoPose => f.write_str("the place of the robot is not known"),
@@ -99,6 +132,14 @@ impl fmt::Display for Situation {
             Self::NoWayPast => f.write_str("no way leads to the goal past what the robot has seen"),
             Self::NoWayOut => f.write_str("no way leads the robot out of the keep-out zone"),
             Self::TargetInZone => f.write_str("the goal is in a keep-out zone"),
+            Self::NoWayOff => f.write_str("the goal is outside the map, and no way leads off the map"),
+            Self::AtEdge => f.write_str("the goal is outside the map, which does not grow"),
+            Self::TooFar { distance, side } => {
+                write!(
+                    f,
+                    "the goal is {distance:.0} m away, farther than a map can reach: {side:.0} m"
+                )
+            }
         }
     }
 }
