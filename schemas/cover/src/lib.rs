@@ -1,6 +1,7 @@
 //! Coverage of a floor by a tool: contours and tracks side by side, nearest first, until all that can be reached is covered. It
 //! exports a path, and leaves driving to others.
 
+mod held;
 mod memory;
 mod obstacles;
 mod panel;
@@ -13,6 +14,7 @@ use jde_grid::{
 use jde_schema::prelude::*;
 use jde_schema::types::OccupancyGrid;
 
+use held::Held;
 use obstacles::{Obstacles, Standpoint};
 use stroke::Driven;
 
@@ -26,7 +28,9 @@ const SETTLING_TIME: Duration = Duration::from_secs(2);
 /// The floor is where the tool comes from all places that the robot can reach. It drives along the contour of these places and along
 /// tracks, each where the tool covers something new, the nearest first. Where a map grows, so does the floor. It leads around what `seen`
 /// has and the map does not have. Where the robot comes no nearer for `patience`, it takes the place ahead for an obstacle, and the mission
-/// says so. Before the end it tries once more what it left out. The mission is done when nothing is left.
+/// says so. Before the end it tries once more what it left out. The mission is done when nothing is left. If the robot comes no nearer to
+/// one place after another and does not move at all, the mission has failed, and there is no path until the robot is elsewhere, an
+/// operator has what was left out tried again, or the schema awakes again.
 #[derive(Describe)]
 #[schema(perceptive, period = "200ms", budget = "400ms")]
 pub struct Cover {
@@ -63,8 +67,8 @@ pub struct Cover {
     /// The path: the way to the next stroke, and the stroke.
     #[export]
     path: Export<Path>,
-    /// DONE when nothing is left, with a note about the covered floor and the places that were left out. `reached`
-    /// counts the strokes.
+    /// DONE when nothing is left, with a note about the covered floor and the places that were left out; FAILED while the
+    /// robot does not move. `reached` counts the strokes.
     #[export(lasting)]
     mission: Export<Mission>,
     /// The present activity, or the reason why there is none.
@@ -93,6 +97,7 @@ pub struct Cover {
     /// Since when there has been nothing left to drive.
     settled_since: Option<Duration>,
     is_done: bool,
+    held: Held,
     words: String,
 }
 
@@ -111,6 +116,7 @@ impl Schema for Cover {
         (self.stroke, self.exhausted) = (None, None);
         self.last = None;
         self.settled_since = None;
+        self.held = Held::default();
         Ok(())
     }
 
@@ -143,10 +149,10 @@ impl Schema for Cover {
         self.mission.write(
             cx,
             Mission {
-                state: if self.is_done {
-                    Mission::DONE
-                } else {
-                    Mission::RUNNING
+                state: match (self.held.is_held(), self.is_done) {
+                    (true, _) => Mission::FAILED,
+                    (false, true) => Mission::DONE,
+                    (false, false) => Mission::RUNNING,
                 },
                 reached: self.strokes,
                 note: Text::truncated(&self.words),
@@ -181,6 +187,12 @@ impl Cover {
         let from = from.unwrap_or(robot);
         let radius = self.operation_width.get(cx) / 2.0;
         marks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
+        if self.held.follow(&robot) {
+            info!(cx, "the robot moves again");
+        }
+        if self.held.is_held() {
+            return Ok(());
+        }
         let patience = Duration::from_secs_f64(self.patience.get(cx));
         if let Some(stroke) = &mut self.stroke {
             stroke.advance(&robot, self.tolerance.get(cx), cx.now());
@@ -192,6 +204,10 @@ impl Cover {
                 );
                 self.left_out.push((x, y));
                 self.stroke = None;
+                if let Some(places) = self.held.fail(&robot) {
+                    self.stand(cx, places);
+                    return Ok(());
+                }
             } else if stroke.is_at_end() {
                 for &cell in stroke.cells() {
                     marks.driven.sweep(cell, cell, geometry.resolution() / 2.0);
@@ -218,6 +234,8 @@ impl Cover {
         }
         if self.stroke.is_some() {
             (self.settled_since, self.is_done) = (None, false);
+        } else if let Some(places) = self.held.exhaust() {
+            self.stand(cx, places);
         } else if !self.left_out.is_empty() && !self.has_retried {
             info!(cx, "tries once more what was left out");
             self.has_retried = true;
@@ -227,6 +245,16 @@ impl Cover {
             info!(cx, "{}", self.situation());
         }
         Ok(())
+    }
+
+    /// The robot does not move: the last places were left out for that alone.
+    fn stand(&mut self, cx: &Context, places: usize) {
+        warn!(
+            cx,
+            "the robot does not move: it stands until it is elsewhere, or an operator has it try again"
+        );
+        self.left_out.truncate(self.left_out.len().saturating_sub(places));
+        self.exhausted = None;
     }
 
     /// Follows the map and what is seen over it.
@@ -338,7 +366,12 @@ impl Cover {
             several => format!(", {several} places are left out"),
         };
         let of = if self.is_done { "covered" } else { "so far" };
-        format!("{share:.1} % of {all:.1} m2 {of}{out}")
+        let stands = if self.held.is_held() {
+            "the robot does not move: "
+        } else {
+            ""
+        };
+        format!("{stands}{share:.1} % of {all:.1} m2 {of}{out}")
     }
 
     /// Where the robot is; `None` also for numbers that are not finite.

@@ -3,6 +3,7 @@
 use jde_schema::prelude::*;
 
 use super::Cover;
+use super::held::Held;
 
 /// Most points for the covered and for the occupied cells. Of more points, an even selection is drawn.
 const MOST_CELLS: usize = 20_000;
@@ -41,7 +42,7 @@ impl Panel for Cover {
         }
         pen.row(|pen| {
             pen.button("again", "Try again what was left out")
-                .enabled(!self.left_out.is_empty());
+                .enabled(!self.left_out.is_empty() || self.held.is_held());
             pen.button("anew", "Cover all anew").enabled(self.marks.is_some());
         });
     }
@@ -49,14 +50,14 @@ impl Panel for Cover {
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         let by = gesture.by();
         if gesture.pressed("again") {
-            self.left_out.clear();
+            (self.left_out, self.held) = (Vec::new(), Held::default());
             (self.exhausted, self.has_retried) = (None, false);
             if let Some(marks) = &mut self.marks {
                 marks.driven.clear();
             }
             info!(cx, "{by} has what was left out tried again");
         } else if gesture.pressed("anew") {
-            self.left_out.clear();
+            (self.left_out, self.held) = (Vec::new(), Held::default());
             (self.marks, self.stroke, self.exhausted) = (None, None, None);
             (self.strokes, self.has_retried) = (0, false);
             info!(cx, "{by} has all covered anew");

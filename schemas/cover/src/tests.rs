@@ -366,3 +366,68 @@ fn a_robot_that_is_closed_in_by_what_it_sees_and_left_out_has_no_path() {
     assert_eq!(bench.exported::<Path>("path"), None);
     assert_eq!(mission(&bench).state, Mission::RUNNING);
 }
+
+/// Lets the robot stand for these seconds.
+fn wait(bench: &mut Bench<Cover>, seconds: core::ops::Range<u64>) {
+    for second in seconds {
+        bench.set_now(Duration::from_secs(second));
+        bench.iterate().expect("the iteration succeeds");
+    }
+}
+
+#[test]
+fn a_robot_that_does_not_move_is_said_to_stand_and_goes_on_when_it_is_free() {
+    let mut bench = bench(&ROOM);
+    wait(&mut bench, 0..50);
+    assert_eq!(
+        mission(&bench).state,
+        Mission::RUNNING,
+        "two places may be out of reach"
+    );
+    wait(&mut bench, 50..90);
+    let held = mission(&bench);
+    assert_eq!(held.state, Mission::FAILED);
+    let words = held.note.as_str();
+    assert!(
+        words.starts_with("the robot does not move: ") && words.ends_with(" so far"),
+        "{words}"
+    );
+    assert_eq!(bench.exported::<Path>("path"), None);
+    let warnings = |bench: &Bench<Cover>| {
+        bench
+            .log()
+            .iter()
+            .filter(|(_, line)| line.contains("leaves out"))
+            .count()
+    };
+    assert_eq!(warnings(&bench), 3);
+    wait(&mut bench, 90..400);
+    assert_eq!(
+        (mission(&bench), warnings(&bench)),
+        (held, 3),
+        "nothing else is left out"
+    );
+    stand(&mut bench, (0.65, 0.45));
+    follow(&mut bench);
+    assert_eq!(mission(&bench).state, Mission::DONE);
+    assert!(mission(&bench).note.as_str().ends_with("m2 covered"), "all of it");
+}
+
+#[test]
+fn a_robot_that_does_not_move_is_tried_again_by_an_operator_and_after_a_sleep() {
+    let mut bench = bench(&ROOM);
+    wait(&mut bench, 0..90);
+    bench
+        .touch("again", Touch::Pressed)
+        .expect("the gesture is handled");
+    wait(&mut bench, 90..92);
+    assert_eq!(mission(&bench).state, Mission::RUNNING);
+    assert!(bench.exported::<Path>("path").is_some());
+    wait(&mut bench, 92..200);
+    assert_eq!(mission(&bench).state, Mission::FAILED, "it is still held");
+    bench.sleep().expect("it sleeps");
+    bench.awake().expect("it awakes");
+    wait(&mut bench, 200..202);
+    assert_eq!(mission(&bench).state, Mission::RUNNING);
+    assert!(bench.exported::<Path>("path").is_some());
+}
