@@ -59,7 +59,6 @@ const TOOLS: &[Tool] = &[
         from: Source::Apt(&["python3", "python3-venv", "python3-tk"]),
     },
     SCREEN,
-    LIBUDEV,
     SLURM,
     Tool {
         name: "a Debian to install packages in",
@@ -105,13 +104,6 @@ const SCREEN: Tool = Tool {
     ]),
 };
 
-/// The library that the feature `gamepad` needs at build time.
-const LIBUDEV: Tool = Tool {
-    name: "libudev, to build the support for game pads",
-    probe: &["pkg-config", "--exists", "libudev"],
-    from: Source::Apt(&["libudev-dev", "pkg-config"]),
-};
-
 /// The daemons and commands of a cluster, with which experiments run as jobs.
 const SLURM: Tool = Tool {
     name: "Slurm",
@@ -127,11 +119,6 @@ const SLURM: Tool = Tool {
 /// Returns whether this machine can run a Slurm cluster.
 pub(crate) fn has_slurm() -> bool {
     SLURM.works()
-}
-
-/// Returns whether this machine can build the support for game pads.
-pub(crate) fn has_libudev() -> bool {
-    LIBUDEV.works()
 }
 
 /// Returns whether this machine can open windows.

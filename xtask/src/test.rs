@@ -110,11 +110,7 @@ impl Context {
 
     /// Returns the arguments of cargo that select everything.
     pub(crate) fn workspace() -> Vec<&'static str> {
-        let mut arguments = vec!["--workspace"];
-        if prerequisites::has_libudev() {
-            arguments.extend(["--features", "jde/gamepad"]);
-        }
-        arguments
+        vec!["--workspace"]
     }
 
     /// Returns a `cargo` command in the root of the workspace.

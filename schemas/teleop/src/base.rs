@@ -3,10 +3,8 @@
 
 use jde_schema::prelude::*;
 
+use crate::ramp::{Limits, Ramp};
 use crate::setpoint::{Drive, is_in_force};
-
-/// Gap between two commands after which acceleration starts from zero speed again.
-const PAUSE: Duration = Duration::from_millis(300);
 
 /// Drives the base as a person wishes, for as long as the wish is renewed.
 ///
@@ -37,8 +35,7 @@ pub struct Base {
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
-    /// The last command, and its time.
-    last: Option<(Twist, Duration)>,
+    ramp: Ramp,
 }
 
 impl Schema for Base {
@@ -48,10 +45,9 @@ impl Schema for Base {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let twist = match self.active_wish(cx) {
-            Some(wish) => self.limited(cx, &wish),
-            None => Twist::ZERO,
+            Some(wish) => self.ramp.follow(cx.now(), &wish, &self.limits(cx)),
+            None => self.ramp.stand(cx.now()),
         };
-        self.last = Some((twist, cx.now()));
         self.base.command(cx, twist);
         Ok(())
     }
@@ -63,44 +59,12 @@ impl Base {
         is_in_force(cx, wish.wanted, wish.time(), self.patience.get(cx)).then_some(wish.twist)
     }
 
-    fn limited(&self, cx: &Context, wish: &Twist) -> Twist {
-        let now = cx.now();
-        let is_recent = |(_, time): &(Twist, Duration)| now.saturating_sub(*time) <= PAUSE;
-        let (last, elapsed) = match self.last.filter(is_recent) {
-            Some((last, time)) => (last, now.saturating_sub(time).as_secs_f64()),
-            None => (Twist::ZERO, Duration::from_millis(50).as_secs_f64()),
-        };
-        let linear = Limit {
-            max: self.fast.get(cx),
-            step: self.acceleration.get(cx) * elapsed,
-        };
-        let angular = Limit {
-            max: self.turn.get(cx),
-            step: self.turn_acceleration.get(cx) * elapsed,
-        };
-        let mut twist = Twist::planar(
-            linear.apply(wish.linear.x, last.linear.x),
-            angular.apply(wish.angular.z, last.angular.z),
-        );
-        twist.linear.y = linear.apply(wish.linear.y, last.linear.y);
-        twist
-    }
-}
-
-/// The limits of one speed.
-struct Limit {
-    /// Highest absolute value.
-    max: f64,
-    /// Highest increase in this step.
-    step: f64,
-}
-
-impl Limit {
-    /// Returns the speed to command for a wish after the speed `last`. It decreases at once, increases step
-    /// by step, and passes through 0 when the sign changes.
-    fn apply(&self, wish: f64, last: f64) -> f64 {
-        let wish = wish.clamp(-self.max, self.max);
-        let previous = if wish * last > 0.0 { last.abs() } else { 0.0 };
-        wish.abs().min(previous + self.step).copysign(wish)
+    fn limits(&self, cx: &Context) -> Limits {
+        Limits {
+            speed: self.fast.get(cx),
+            turn: self.turn.get(cx),
+            acceleration: self.acceleration.get(cx),
+            turn_acceleration: self.turn_acceleration.get(cx),
+        }
     }
 }

@@ -6,9 +6,8 @@ use crate::metadata::{Metadata, Package};
 
 /// The packages with a switch, and their features.
 const SWITCHES: &[(&str, &[&str])] = &[
-    // Windows need a screen, and game pads need libudev.
+    // Windows need a screen. `gamepad` is a former switch.
     ("jde", &["default", "gamepad", "view"]),
-    ("jde-view", &["gamepad"]),
 ];
 
 pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {

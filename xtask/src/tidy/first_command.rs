@@ -8,7 +8,7 @@ use super::tree::{Tree, Violation};
 use crate::shell;
 
 /// The packages that `cargo run -- demo` builds at most. The robot is to move within 90 s on two cores.
-const MAX_PACKAGES: usize = 211;
+const MAX_PACKAGES: usize = 212;
 
 pub(super) fn check(tree: &Tree) -> Result<Vec<Violation>> {
     let mut cargo = shell::cargo();

@@ -1,6 +1,7 @@
 //! When a wish counts, and how it is executed.
 
 mod base;
+mod gamepad;
 mod head;
 mod pilot;
 

@@ -3,10 +3,6 @@
 //! schema wins is decided by the application (R13).
 
 mod drivable;
-#[cfg(feature = "gamepad")]
-mod gamepad;
-#[cfg(not(feature = "gamepad"))]
-#[path = "no_gamepad.rs"]
 mod gamepad;
 mod lease;
 mod pad;
@@ -55,7 +51,7 @@ struct Limits {
     turn: f64,
 }
 
-/// The positions of a game pad's sticks, while a shoulder button is held.
+/// The positions of a gamepad's sticks, while a shoulder button is held.
 #[derive(Clone, Copy, Default)]
 struct Sticks {
     drive: Option<Vec2>,
@@ -95,7 +91,7 @@ impl ManualDrive {
             ui.add_enabled_ui(!session.is_recording() && !session.is_gone(), |ui| {
                 ui.toggle_value(&mut self.on, "Drive")
                     .on_hover_text(
-                        "Drive by hand: while this is off, no mouse, key or game pad moves the robot",
+                        "Drive by hand: while this is off, no mouse, key or gamepad moves the robot",
                     )
                     .on_disabled_hover_text("Only a running application can be driven");
             });
