@@ -52,6 +52,21 @@ const FILES: [(&str, &str); 2] = [
     ("README.md", include_str!("../../templates/real-robot/README.md")),
 ];
 
+/// The schemas of a gamepad.
+const GAMEPAD: &str = r#"
+# It is ready only while a person holds the left shoulder button of a gamepad that is plugged into the robot.
+[schemas.gamepad]
+type      = "teleop/gamepad"
+imports   = { joy = "pad.joy" }
+actuators = { base = "robot.velocity" }
+scale_linear  = 0.25                       # no more than `velocity_limits`
+scale_angular = 0.8
+
+[schemas.pad]
+type = "gamepad"
+# device_name = "..."                      # of several gamepads, this one
+"#;
+
 /// The program of a board that `base/serial` drives.
 macro_rules! sketch {
     ($($file:literal),+) => {
@@ -60,7 +75,8 @@ macro_rules! sketch {
 }
 const SKETCH: [(&str, &str); 5] = sketch!("sketch.ino", "board.h", "command.h", "drive.h", "line.h");
 
-/// Writes a folder of the name with an application of these drivers, and prints what to do next.
+/// Writes a folder of the name with an application of these drivers, and of a gamepad if asked for, and prints what to do
+/// next.
 ///
 /// # Errors
 /// The name is invalid, the folder exists already, or the files cannot be written.
@@ -68,6 +84,7 @@ pub(crate) fn write_real_robot(
     name: &str,
     base: &Driver,
     laser: &Driver,
+    has_gamepad: bool,
     folder: &Path,
 ) -> Result<(), Failure> {
     let name = checked(name, |word| {
@@ -84,6 +101,11 @@ pub(crate) fn write_real_robot(
     } else {
         String::new()
     };
+    let (first_root, gamepad) = if has_gamepad {
+        ("\"gamepad\", ", GAMEPAD)
+    } else {
+        ("", "")
+    };
     for (file, text) in FILES.iter().chain(sketch) {
         let path = folder.join(file);
         let text = text
@@ -95,6 +117,8 @@ pub(crate) fn write_real_robot(
             .replace("__laser__", laser.name)
             .replace("__laser_port__", laser.port)
             .replace("__dynamics__", base.dynamics)
+            .replace("__first_root__", first_root)
+            .replace("__gamepad__", gamepad)
             .replace("__jde__", &jde);
         let written = path
             .parent()
@@ -136,6 +160,8 @@ mod tests {
                 "__laser__",
                 "__laser_port__",
                 "__dynamics__",
+                "__first_root__",
+                "__gamepad__",
                 "__jde__",
             ];
             let filled = marks

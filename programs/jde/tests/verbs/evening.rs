@@ -96,7 +96,7 @@ impl Drop for Driving {
 }
 
 /// Writes a robot as `jde new robot` does, and returns its application.
-fn new_robot(folder: &Path) -> std::path::PathBuf {
+fn new_robot(folder: &Path, more: &[&str]) -> std::path::PathBuf {
     let words = [
         "new",
         "robot",
@@ -107,7 +107,7 @@ fn new_robot(folder: &Path) -> std::path::PathBuf {
         "lidar/ld",
         "--path",
     ];
-    let created = output_of(jde(&words).arg(folder));
+    let created = output_of(jde(&words).arg(folder).args(more));
     assert_eq!(created.status, Some(0), "{}", created.err);
     assert!(
         created.out.contains("sketch/sketch.ino") && created.out.contains("MEASURE"),
@@ -120,7 +120,7 @@ fn new_robot(folder: &Path) -> std::path::PathBuf {
 #[test]
 fn a_new_real_robot_has_its_sketch_and_a_check_names_the_devices_that_it_lacks() {
     let folder = tempfile::tempdir().expect("a folder");
-    let app = new_robot(folder.path());
+    let app = new_robot(folder.path(), &[]);
     for file in ["sketch.ino", "board.h", "command.h", "drive.h", "line.h"] {
         assert!(
             folder.path().join("kit/sketch").join(file).is_file(),
@@ -150,10 +150,31 @@ fn a_new_real_robot_has_its_sketch_and_a_check_names_the_devices_that_it_lacks()
 }
 
 #[test]
+fn a_new_real_robot_may_have_a_gamepad_before_all_else() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let app = new_robot(folder.path(), &["--teleop", "gamepad"]);
+    let text = std::fs::read_to_string(&app).expect("a file");
+    assert!(
+        text.contains(r#"roots   = ["gamepad", "teleop", "navigate"]"#),
+        "{text}"
+    );
+    // A pad that no machine has.
+    let text = text.replace("# device_name = \"...\"", "device_name = \"no such pad\"");
+    std::fs::write(&app, text).expect("a file");
+    let checked = output_of(jde_with_plugins(&["check"]).arg(&app));
+    assert!(checked.err.contains("gamepad"), "{}", checked.err);
+    assert!(
+        !checked.out.contains("line "),
+        "nothing disagrees: {}",
+        checked.out
+    );
+}
+
+#[test]
 fn a_new_real_robot_drives_to_its_target_and_stands_when_its_process_is_killed() {
     let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().expect("a folder");
-    let app = new_robot(folder.path());
+    let app = new_robot(folder.path(), &[]);
     let (base, base_path) = EmulatedDevice::at_pty(Base(Wired::new(Board::new("differential", "kit"))));
     let (_lidar, lidar_path) = EmulatedDevice::at_pty(EmulatedLd::new(room));
     // The lines stay open between the runs.

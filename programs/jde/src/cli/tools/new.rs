@@ -107,6 +107,10 @@ enum What {
         #[arg(long, value_name = "TYPE", value_parser = PossibleValuesParser::new(new::LASERS.map(|laser| laser.name)))]
         #[arg(requires = "driver")]
         laser: Option<String>,
+        /// Let a person drive the real robot by a gamepad that it reads itself, too.
+        #[arg(long, value_name = "TYPE", value_parser = PossibleValuesParser::new(["gamepad"]))]
+        #[arg(requires = "driver")]
+        teleop: Option<String>,
     },
 }
 
@@ -160,6 +164,7 @@ impl New {
                 from,
                 driver,
                 laser,
+                teleop,
             } => {
                 let find = |all: &[new::Driver], name: Option<&str>| {
                     all.iter().copied().find(|driver| Some(driver.name) == name)
@@ -167,7 +172,9 @@ impl New {
                 let base = find(&new::BASES, driver.as_deref());
                 let laser = find(&new::LASERS, laser.as_deref());
                 return match base.zip(laser) {
-                    Some((base, laser)) => new::write_real_robot(&name.name, &base, &laser, &self.path),
+                    Some((base, laser)) => {
+                        new::write_real_robot(&name.name, &base, &laser, teleop.is_some(), &self.path)
+                    }
                     None => new::write_robot(&name.name, from.as_deref(), &self.path),
                 };
             }
