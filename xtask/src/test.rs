@@ -12,7 +12,7 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::step::{self, StepOutcome, StepSelection};
 use crate::steps::STEPS;
-use crate::{lints, prerequisites, shell};
+use crate::{lints, shell};
 
 /// The context of every step.
 pub(crate) struct Context {
