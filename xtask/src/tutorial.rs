@@ -45,7 +45,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         return Python::missing(context);
     };
     for language in LANGUAGES {
-        let reader = Reader::new(context, language, &python)?;
+        let reader = TutorialReader::new(context, language, &python)?;
         for page in pages.iter().filter(|page| is_for(page, language)) {
             println!("{language}: {}", page.display());
             reader.follow(page)?;
@@ -97,12 +97,12 @@ fn commands(text: &str) -> Vec<Action<'_>> {
 }
 
 /// Does what pages say, in a folder of its own, with the development build.
-struct Reader {
+struct TutorialReader {
     folder: PathBuf,
     variables: Vec<(&'static str, OsString)>,
 }
 
-impl Reader {
+impl TutorialReader {
     fn new(context: &Context, language: &str, python: &Python) -> Result<Self> {
         let folder = context.target.join("tutorial").join(language);
         project_files::empty(&folder)?;

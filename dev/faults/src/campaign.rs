@@ -9,11 +9,11 @@ use clap::ValueEnum as _;
 use jde_watchdog::Watchdog;
 
 use crate::application::{Root, TestApplication};
-use crate::case::{Case, Clock, Scenario, name};
+use crate::case::{Case, RunMode, Scenario, name};
 use crate::observer::Tamper;
 use crate::plan::{Kind, plan};
 use crate::processes;
-use crate::run::{LeakDetector, Report, Resources, RunOptions, run};
+use crate::run::{CaseResult, LeakDetector, Resources, RunOptions, run};
 use crate::table::Table;
 
 /// Longest real time of a case, including its processes, before it counts as hanging.
@@ -22,12 +22,12 @@ const CASE_TIMEOUT: Duration = Duration::from_secs(120);
 /// Bytes that a case leaks for [`Tamper::Memory`].
 const LEAKED_BYTES: usize = 4 << 20;
 /// Shares of all faults by clock and application.
-const SHARES: [(Clock, Scenario, u64); 5] = [
-    (Clock::Lockstep, Scenario::Demo, 30),
-    (Clock::Lockstep, Scenario::Hundred, 30),
-    (Clock::RealTime, Scenario::Demo, 15),
-    (Clock::RealTime, Scenario::Hundred, 20),
-    (Clock::Outside, Scenario::Demo, 5),
+const SHARES: [(RunMode, Scenario, u64); 5] = [
+    (RunMode::Lockstep, Scenario::Demo, 30),
+    (RunMode::Lockstep, Scenario::Hundred, 30),
+    (RunMode::RealTime, Scenario::Demo, 15),
+    (RunMode::RealTime, Scenario::Hundred, 20),
+    (RunMode::Outside, Scenario::Demo, 5),
 ];
 
 /// The parameters of a campaign.
@@ -40,7 +40,7 @@ pub struct Campaign {
     /// Only faults of these kinds.
     pub kinds: Vec<Kind>,
     /// Only cases of these clocks.
-    pub clocks: Vec<Clock>,
+    pub clocks: Vec<RunMode>,
     /// Only this case.
     pub case: Option<Case>,
     /// Additional folders of plugins.
@@ -60,7 +60,7 @@ pub trait Progress {
     /// A case begins; `injected` faults have been injected before.
     fn begins(&mut self, case: Case, injected: u64);
     /// A case has ended.
-    fn ended(&mut self, report: &Report);
+    fn ended(&mut self, report: &CaseResult);
 }
 
 /// The results of a campaign.
@@ -147,8 +147,8 @@ impl Campaign {
         max_faults: u64,
         leaks: &mut LeakDetector,
         stop: &AtomicBool,
-    ) -> Result<Report> {
-        if case.clock == Clock::Outside {
+    ) -> Result<CaseResult> {
+        if case.clock == RunMode::Outside {
             return processes::run(self, case, stop);
         }
         let application = TestApplication::of(&self.root, self.seed, case)?;
@@ -172,12 +172,12 @@ impl Campaign {
         Ok(report)
     }
 
-    fn quotas(&self) -> Result<Vec<(Clock, Scenario, u64)>> {
+    fn quotas(&self) -> Result<Vec<(RunMode, Scenario, u64)>> {
         if let Some(Case { clock, scenario, .. }) = self.case {
             return Ok(vec![(clock, scenario, u64::MAX)]);
         }
         let fits =
-            |clock: Clock| self.clocks.contains(&clock) && self.kinds.iter().any(|kind| kind.fits(clock));
+            |clock: RunMode| self.clocks.contains(&clock) && self.kinds.iter().any(|kind| kind.fits(clock));
         let columns: Vec<_> = SHARES.into_iter().filter(|(clock, ..)| fits(*clock)).collect();
         if columns.is_empty() {
             bail!("none of these kinds can be injected there; leave out --kind or --only");

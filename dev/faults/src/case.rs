@@ -9,7 +9,7 @@ use clap::ValueEnum;
 
 /// The clock and the process of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum Clock {
+pub enum RunMode {
     /// Virtual time on one thread.
     Lockstep,
     /// Real time, in this process.
@@ -31,7 +31,7 @@ pub enum Scenario {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Case {
     /// The clock.
-    pub clock: Clock,
+    pub clock: RunMode,
     /// The application.
     pub scenario: Scenario,
     /// The number among cases of this clock and application.
@@ -65,7 +65,7 @@ impl FromStr for Case {
         };
         let mut parts = text.split('/');
         let (clock, scenario, number) = (parts.next(), parts.next(), parts.next());
-        let clock = clock.and_then(|name| Clock::from_str(name, false).ok());
+        let clock = clock.and_then(|name| RunMode::from_str(name, false).ok());
         let scenario = scenario.and_then(|name| Scenario::from_str(name, false).ok());
         let number = number.and_then(|number| number.parse().ok());
         let case = Self {
@@ -73,7 +73,7 @@ impl FromStr for Case {
             scenario: scenario.with_context(error)?,
             number: number.with_context(error)?,
         };
-        if parts.next().is_some() || (case.clock == Clock::Outside && case.scenario == Scenario::Hundred) {
+        if parts.next().is_some() || (case.clock == RunMode::Outside && case.scenario == Scenario::Hundred) {
             bail!(error());
         }
         Ok(case)

@@ -13,7 +13,7 @@ use anyhow::{Context as _, Result};
 use clap::{Parser, ValueEnum};
 use jde_faults::application::{Root, TestApplication};
 use jde_faults::campaign::Campaign;
-use jde_faults::case::{Case, Clock, name};
+use jde_faults::case::{Case, RunMode, name};
 use jde_faults::observer::Tamper;
 use jde_faults::plan::Kind;
 use jde_faults::run::SERVE;
@@ -52,7 +52,7 @@ struct Arguments {
     kind: Vec<Kind>,
     /// Run only cases under this clock (may be repeated).
     #[arg(long, value_name = "WHERE")]
-    only: Vec<Clock>,
+    only: Vec<RunMode>,
     /// Run only this case, named as in a failure.
     #[arg(long, value_name = "CASE", conflicts_with_all = ["count", "only", "save"])]
     case: Option<Case>,

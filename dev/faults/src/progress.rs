@@ -5,7 +5,7 @@ use std::io::{IsTerminal as _, Write as _, stderr};
 
 use jde_faults::campaign::{Campaign, Progress};
 use jde_faults::case::Case;
-use jde_faults::run::Report;
+use jde_faults::run::CaseResult;
 
 /// Faults between two lines in a pipe.
 const REPORT_PERIOD: u64 = 50;
@@ -59,7 +59,7 @@ impl Progress for ProgressDisplay {
         }
     }
 
-    fn ended(&mut self, report: &Report) {
+    fn ended(&mut self, report: &CaseResult) {
         self.broken += report.violations.len() as u64;
         if self.verbose {
             for injected in &report.faults {

@@ -3,17 +3,17 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::case::{Case, Clock, Scenario, name};
+use crate::case::{Case, RunMode, Scenario, name};
 use crate::plan::Kind;
-use crate::run::Report;
+use crate::run::CaseResult;
 
 /// The columns: where faults are injected.
-const COLUMNS: [(Clock, Scenario, &str); 5] = [
-    (Clock::Lockstep, Scenario::Demo, "lockstep, demo"),
-    (Clock::Lockstep, Scenario::Hundred, "lockstep, 100"),
-    (Clock::RealTime, Scenario::Demo, "real time, demo"),
-    (Clock::RealTime, Scenario::Hundred, "real time, 100"),
-    (Clock::Outside, Scenario::Demo, "processes"),
+const COLUMNS: [(RunMode, Scenario, &str); 5] = [
+    (RunMode::Lockstep, Scenario::Demo, "lockstep, demo"),
+    (RunMode::Lockstep, Scenario::Hundred, "lockstep, 100"),
+    (RunMode::RealTime, Scenario::Demo, "real time, demo"),
+    (RunMode::RealTime, Scenario::Hundred, "real time, 100"),
+    (RunMode::Outside, Scenario::Demo, "processes"),
 ];
 
 /// The counts.
@@ -32,7 +32,7 @@ struct Row {
 
 impl Table {
     /// Counts the results of a case.
-    pub fn add(&mut self, report: &Report) {
+    pub fn add(&mut self, report: &CaseResult) {
         let column = COLUMNS.iter().position(|(clock, scenario, _)| {
             *clock == report.case.clock && *scenario == report.case.scenario
         });

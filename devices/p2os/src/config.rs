@@ -1,6 +1,6 @@
 //! The configuration packet: a robot's limits and settings, its reply to CONFIG.
 
-use crate::wire::{Field, Reader, packet, record};
+use crate::wire::{Encoded, Reader, packet, record};
 use crate::{Error, Packet};
 
 /// Kind of the packet.

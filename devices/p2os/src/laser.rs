@@ -1,7 +1,7 @@
 //! A laser's sweep in packets of 32 readings, as simulators send it beside the SIPs, and the reassembly of
 //! sweeps from packets.
 
-use crate::wire::{Field, Reader};
+use crate::wire::{Encoded, Reader};
 use crate::{Error, Packet};
 
 /// Most readings in one packet.

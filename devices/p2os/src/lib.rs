@@ -29,7 +29,7 @@ pub use encoders::Encoders;
 pub use error::Error;
 pub use head::{Focus, HeadCommand, HeadFrame, HeadParser, HeadReply, MAX_ZOOM, UNIT as HEAD_UNIT};
 pub use laser::{Assembler, LaserForm, LaserPacket, READINGS, Reading};
-pub use model::{Battery, Body, Bumpers, LaserMount, Limits, Model, ModelError, Sonars, Ticks, Units};
+pub use model::{Battery, Body, Bumpers, LaserMount, Model, ModelError, Sonars, SpeedLimits, Ticks, Units};
 pub use odometer::{Odometer, Pose};
 pub use packet::{MAX_PAYLOAD, Packet, checksum};
 pub use receiver::{Dropped, MAX_GAP, Receiver};

@@ -32,7 +32,7 @@ pub struct Model {
     /// Its dimensions.
     pub body: Body,
     /// Its greatest speeds.
-    pub limits: Limits,
+    pub limits: SpeedLimits,
     /// Its sonars.
     pub sonar: Sonars,
     /// Its numbers of bumpers.
@@ -79,7 +79,7 @@ pub struct Body {
 /// The greatest speeds of a robot.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Limits {
+pub struct SpeedLimits {
     /// Speed.
     pub velocity_mm_s: f64,
     /// Turn rate.

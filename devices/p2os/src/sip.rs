@@ -1,6 +1,6 @@
 //! The server information packet: a robot's state, sent about ten times a second, in the robot's own units.
 
-use crate::wire::{Field, Reader};
+use crate::wire::{Encoded, Reader};
 use crate::{Error, Packet};
 
 /// A server information packet.

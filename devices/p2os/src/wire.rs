@@ -11,7 +11,7 @@ pub(crate) struct Reader<'a> {
 }
 
 /// A value with a fixed encoding in a payload.
-pub(crate) trait Field: Sized {
+pub(crate) trait Encoded: Sized {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error>;
     fn write(&self, to: &mut Vec<u8>);
 }
@@ -25,12 +25,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub(crate) fn get<T: Field>(&mut self) -> Result<T, Error> {
+    pub(crate) fn get<T: Encoded>(&mut self) -> Result<T, Error> {
         T::read(self)
     }
 
     /// Returns the next value, if the payload contains all of it.
-    pub(crate) fn optional<T: Field>(&mut self) -> Option<T> {
+    pub(crate) fn optional<T: Encoded>(&mut self) -> Option<T> {
         let mut lookahead = self.clone();
         let value = T::read(&mut lookahead).ok()?;
         *self = lookahead;
@@ -54,7 +54,7 @@ impl<'a> Reader<'a> {
 
 macro_rules! number {
     ($($type:ty),*) => { $(
-        impl Field for $type {
+        impl Encoded for $type {
             fn read(from: &mut Reader<'_>) -> Result<Self, Error> {
                 from.take().map(Self::from_le_bytes)
             }
@@ -69,7 +69,7 @@ number!(u8, i8, u16, i16, u32, i32);
 
 /// One byte a character (ISO 8859-1), so that every received name is preserved. A character outside becomes a
 /// question mark when written.
-impl Field for String {
+impl Encoded for String {
     fn read(from: &mut Reader<'_>) -> Result<Self, Error> {
         let end = from.rest.iter().position(|byte| *byte == 0);
         let end = end.ok_or(Error::Short { what: from.record })?;
@@ -93,13 +93,13 @@ macro_rules! record {
             $($(#[$doc])* pub $field: $type,)*
         }
 
-        impl crate::wire::Field for $name {
+        impl crate::wire::Encoded for $name {
             fn read(from: &mut crate::wire::Reader<'_>) -> Result<Self, crate::Error> {
                 Ok(Self { $($field: from.get()?,)* })
             }
 
             fn write(&self, to: &mut Vec<u8>) {
-                $(crate::wire::Field::write(&self.$field, to);)*
+                $(crate::wire::Encoded::write(&self.$field, to);)*
             }
         }
     };
@@ -110,7 +110,7 @@ pub(crate) use record;
 ///
 /// # Errors
 /// If its strings make it too long for a packet.
-pub(crate) fn packet(id: u8, fields: &impl Field) -> Result<crate::Packet, Error> {
+pub(crate) fn packet(id: u8, fields: &impl Encoded) -> Result<crate::Packet, Error> {
     let mut payload = vec![id];
     fields.write(&mut payload);
     crate::Packet::new(&payload)
@@ -118,7 +118,7 @@ pub(crate) fn packet(id: u8, fields: &impl Field) -> Result<crate::Packet, Error
 
 /// Decodes the record of a packet that must have the id. Bytes after it are reserved for later versions of
 /// the protocol and ignored.
-pub(crate) fn record_of<T: Field>(what: &'static str, id: u8, packet: &crate::Packet) -> Result<T, Error> {
+pub(crate) fn record_of<T: Encoded>(what: &'static str, id: u8, packet: &crate::Packet) -> Result<T, Error> {
     if packet.id() != id {
         return Err(Error::Kind {
             what,

@@ -1,7 +1,7 @@
 //! Where the sensors are on the robot.
 
 use crate::data::reader;
-use crate::wire::Field;
+use crate::wire::FixedValue;
 use crate::{Error, Message};
 
 /// A place on the robot, in the frame of its base; height, roll and pitch are left out.
@@ -26,7 +26,7 @@ pub(crate) struct RangerGeometry {
 }
 
 /// Six numbers: x, y, z, roll, pitch, yaw.
-impl Field for Mount {
+impl FixedValue for Mount {
     const SIZE: usize = 48;
 
     fn read(bytes: &[u8]) -> Self {
@@ -40,7 +40,7 @@ impl Field for Mount {
 }
 
 /// A pose, then length and radius.
-impl Field for Bumper {
+impl FixedValue for Bumper {
     const SIZE: usize = Mount::SIZE + 8;
 
     fn read(bytes: &[u8]) -> Self {

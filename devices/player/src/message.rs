@@ -1,7 +1,7 @@
 //! Messages on the stream: the greeting of the server, then headers of 40 bytes with their bodies. This
 //! module does not interpret bodies.
 
-use crate::wire::Field;
+use crate::wire::FixedValue;
 use crate::{Device, Error, Interface};
 
 /// Length of a header, bytes.

@@ -13,7 +13,7 @@ pub(crate) struct Reader<'a> {
 }
 
 /// A value of fixed size.
-pub(crate) trait Field: Sized {
+pub(crate) trait FixedValue: Sized {
     /// Bytes on the wire.
     const SIZE: usize;
 
@@ -22,7 +22,7 @@ pub(crate) trait Field: Sized {
 
 macro_rules! number {
     ($($type:ty),*) => { $(
-        impl Field for $type {
+        impl FixedValue for $type {
             const SIZE: usize = size_of::<Self>();
 
             fn read(bytes: &[u8]) -> Self {
@@ -39,7 +39,7 @@ impl<'a> Reader<'a> {
         Self { rest: body, device }
     }
 
-    pub(crate) fn get<T: Field>(&mut self, what: &'static str) -> Result<T, Error> {
+    pub(crate) fn get<T: FixedValue>(&mut self, what: &'static str) -> Result<T, Error> {
         self.take(T::SIZE, what).map(T::read)
     }
 
@@ -47,7 +47,7 @@ impl<'a> Reader<'a> {
         Ok(self.get::<u32>(what)? != 0)
     }
 
-    pub(crate) fn array<T: Field>(&mut self, what: &'static str) -> Result<Vec<T>, Error> {
+    pub(crate) fn array<T: FixedValue>(&mut self, what: &'static str) -> Result<Vec<T>, Error> {
         let count = self.count(what)?;
         let size = count.saturating_mul(T::SIZE);
         Ok(self

@@ -18,7 +18,7 @@ use crate::publishers::Publishers;
 use crate::requests::Requests;
 use crate::send_queue::{Meeting, SendQueue, Work};
 use crate::services::{Request, Response};
-use crate::sources::{Sources, Verdict};
+use crate::sources::{Acceptance, Sources};
 
 /// Most remarks per node. They are remembered so that none is repeated.
 const MAX_REMARKS: usize = 64;
@@ -376,9 +376,9 @@ impl Shared {
         }
         if let (Some((topic, sources)), Some((_, gid))) = (&mut inbox.sources, source) {
             match sources.judge(topic, gid, Instant::now()) {
-                Verdict::Only => {}
-                Verdict::Late => return,
-                Verdict::Contradicted(remark) => {
+                Acceptance::Only => {}
+                Acceptance::Late => return,
+                Acceptance::Contradicted(remark) => {
                     inbox.messages.clear();
                     drop(inbox);
                     if let Some(remark) = remark {

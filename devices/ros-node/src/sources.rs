@@ -26,7 +26,7 @@ pub(crate) struct Sources {
 
 /// Whether a message counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(crate) enum Acceptance {
     /// It is of the only source.
     Only,
     /// It is of a source that has ended.
@@ -55,21 +55,21 @@ impl Sources {
     }
 
     /// Judges a message of a publication.
-    pub(crate) fn judge(&mut self, topic: &str, publication: Gid, now: Instant) -> Verdict {
+    pub(crate) fn judge(&mut self, topic: &str, publication: Gid, now: Instant) -> Acceptance {
         if self.ended.contains(&publication) {
-            return Verdict::Late;
+            return Acceptance::Late;
         }
         if self.sent.len() < MAX_PUBLICATIONS || self.sent.contains_key(&publication) {
             self.sent.insert(publication, now);
         }
         if !self.contradict(now) {
             self.contradicting = 0;
-            return Verdict::Only;
+            return Acceptance::Only;
         }
         self.contradicting = self.contradicting.saturating_add(1);
         let names: Vec<_> = self.sent.keys().map(|gid| self.names.get(gid)).collect();
         if self.contradicting < UNNAMED && names.iter().any(Option::is_none) {
-            return Verdict::Contradicted(None);
+            return Acceptance::Contradicted(None);
         }
         let mut names: Vec<_> = names
             .into_iter()
@@ -81,7 +81,7 @@ impl Sources {
             })
             .collect();
         names.sort();
-        Verdict::Contradicted(Some(format!(
+        Acceptance::Contradicted(Some(format!(
             "{} publish {topic}, and contradict each other: it has no value here until only one does; stop the others, or give \
              them other topics",
             names.join(" and ")
@@ -110,8 +110,8 @@ mod tests {
         let at = |ms| start + Duration::from_millis(ms);
         sources.appear(gid(1), "/lidar".to_owned());
         sources.appear(gid(2), "/bag".to_owned());
-        assert_eq!(sources.judge("/scan", gid(1), at(0)), Verdict::Only);
-        let Verdict::Contradicted(Some(remark)) = sources.judge("/scan", gid(2), at(100)) else {
+        assert_eq!(sources.judge("/scan", gid(1), at(0)), Acceptance::Only);
+        let Acceptance::Contradicted(Some(remark)) = sources.judge("/scan", gid(2), at(100)) else {
             panic!("two send");
         };
         assert!(
@@ -120,29 +120,29 @@ mod tests {
         );
         assert!(matches!(
             sources.judge("/scan", gid(1), at(200)),
-            Verdict::Contradicted(_)
+            Acceptance::Contradicted(_)
         ));
         assert_eq!(
             sources.judge("/scan", gid(1), at(2101)),
-            Verdict::Only,
+            Acceptance::Only,
             "the other is silent"
         );
         assert!(matches!(
             sources.judge("/scan", gid(2), at(2200)),
-            Verdict::Contradicted(_)
+            Acceptance::Contradicted(_)
         ));
         sources.disappear(gid(1));
         assert_eq!(
             sources.judge("/scan", gid(2), at(2300)),
-            Verdict::Only,
+            Acceptance::Only,
             "the other has ended"
         );
-        assert_eq!(sources.judge("/scan", gid(1), at(2310)), Verdict::Late);
-        assert_eq!(sources.judge("/scan", gid(2), at(2320)), Verdict::Only);
+        assert_eq!(sources.judge("/scan", gid(1), at(2310)), Acceptance::Late);
+        assert_eq!(sources.judge("/scan", gid(2), at(2320)), Acceptance::Only);
         sources.appear(gid(1), "/lidar".to_owned());
         assert_ne!(
             sources.judge("/scan", gid(1), at(2330)),
-            Verdict::Late,
+            Acceptance::Late,
             "it is there again"
         );
     }
@@ -151,10 +151,10 @@ mod tests {
     fn a_source_without_a_token_is_remarked_later() {
         let (mut sources, now) = (Sources::default(), Instant::now());
         sources.appear(gid(1), "/lidar".to_owned());
-        assert_eq!(sources.judge("/scan", gid(1), now), Verdict::Only);
+        assert_eq!(sources.judge("/scan", gid(1), now), Acceptance::Only);
         let remarks = (0..UNNAMED).filter_map(|_| match sources.judge("/scan", gid(9), now) {
-            Verdict::Contradicted(remark) => remark,
-            Verdict::Only | Verdict::Late => panic!("two send"),
+            Acceptance::Contradicted(remark) => remark,
+            Acceptance::Only | Acceptance::Late => panic!("two send"),
         });
         let remarks: Vec<_> = remarks.collect();
         assert_eq!(remarks.len(), 1);

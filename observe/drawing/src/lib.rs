@@ -20,7 +20,7 @@ pub use color_role::{ColorRole, style};
 pub use font::Font;
 pub use picture::{Picture, PictureError};
 pub use round::round_up;
-pub use shape::{Point, Shape};
+pub use shape::{DrawnShape, Point};
 
 /// A colour and its opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct Fill {
 
 /// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct LineStyle {
     /// The colour of the line.
     pub ink: Fill,
     /// Width, units.
@@ -70,8 +70,8 @@ struct Element {
 }
 
 enum ElementKind {
-    Fill(Shape, Fill),
-    Stroke(Shape, Line),
+    Fill(DrawnShape, Fill),
+    Stroke(DrawnShape, LineStyle),
     Text {
         text: String,
         size: f32,
@@ -100,7 +100,7 @@ impl ColorRole {
     }
 }
 
-impl Line {
+impl LineStyle {
     /// A solid line of a width in units.
     pub fn new(ink: impl Into<Fill>, width: f32) -> Self {
         Self {
@@ -139,21 +139,21 @@ impl Drawing {
     }
 
     /// Fills a shape.
-    pub fn fill(&mut self, shape: Shape, ink: impl Into<Fill>) {
+    pub fn fill(&mut self, shape: DrawnShape, ink: impl Into<Fill>) {
         self.add(ElementKind::Fill(shape, ink.into()));
     }
 
     /// Draws the outline of a shape.
-    pub fn stroke(&mut self, shape: Shape, line: Line) {
+    pub fn stroke(&mut self, shape: DrawnShape, line: LineStyle) {
         self.add(ElementKind::Stroke(shape, line));
     }
 
     /// Draws a line through points; a dot if all points are the same.
-    pub fn polyline(&mut self, points: &[Point], line: Line) {
+    pub fn polyline(&mut self, points: &[Point], line: LineStyle) {
         let Some(first) = points.first() else { return };
         // A line between equal points has no length to stroke.
         if points.iter().any(|point| point != first) {
-            self.stroke(Shape::Line(points.to_vec()), line);
+            self.stroke(DrawnShape::Line(points.to_vec()), line);
         } else {
             self.disc(*first, line.width / 2.0, line.ink);
         }
@@ -161,23 +161,23 @@ impl Drawing {
 
     /// Fills the area between points.
     pub fn polygon(&mut self, points: &[Point], ink: impl Into<Fill>) {
-        self.fill(Shape::Area(points.to_vec()), ink);
+        self.fill(DrawnShape::Area(points.to_vec()), ink);
     }
 
     /// Fills a disc.
     pub fn disc(&mut self, at: Point, radius: f32, ink: impl Into<Fill>) {
-        self.fill(Shape::Disc(at, radius), ink);
+        self.fill(DrawnShape::Disc(at, radius), ink);
     }
 
     /// Draws a circle.
-    pub fn ring(&mut self, at: Point, radius: f32, line: Line) {
-        self.stroke(Shape::Disc(at, radius), line);
+    pub fn ring(&mut self, at: Point, radius: f32, line: LineStyle) {
+        self.stroke(DrawnShape::Disc(at, radius), line);
     }
 
     /// Fills a rectangle; draws nothing if it has no size.
     pub fn bar(&mut self, (x, y): Point, width: f32, height: f32, ink: impl Into<Fill>) {
         if let Some(rect) = Rect::from_xywh(x, y, width, height) {
-            self.fill(Shape::Box(rect), ink);
+            self.fill(DrawnShape::Box(rect), ink);
         }
     }
 

@@ -5,7 +5,7 @@ use tiny_skia::{
     Transform,
 };
 
-use crate::{Align, Drawing, ElementKind, Fill, Line};
+use crate::{Align, Drawing, ElementKind, Fill, LineStyle};
 
 /// Longest side, pixels.
 const MAX_SIDE: f32 = 16_384.0;
@@ -51,7 +51,7 @@ impl Drawing {
                     if let Some(outline) = self.font.outline(text, *size, (left, *y)) {
                         rasterizer.fill(&outline, *ink);
                         // The typeface is light and made for larger sizes; a thin stroke improves legibility.
-                        rasterizer.stroke(&outline, Line::new(*ink, size / 50.0));
+                        rasterizer.stroke(&outline, LineStyle::new(*ink, size / 50.0));
                     }
                 }
                 ElementKind::Note(_) => {}
@@ -86,7 +86,7 @@ impl Rasterizer {
             .fill_path(path, &paint(ink), FillRule::Winding, self.scale, mask);
     }
 
-    fn stroke(&mut self, path: &Path, line: Line) {
+    fn stroke(&mut self, path: &Path, line: LineStyle) {
         let stroke = Stroke {
             width: line.width,
             line_cap: if line.dash.is_some() {

@@ -7,7 +7,7 @@ pub type Point = (f32, f32);
 
 /// A shape.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum DrawnShape {
     /// A line through points.
     Line(Vec<Point>),
     /// An area between points.
@@ -18,7 +18,7 @@ pub enum Shape {
     Box(Rect),
 }
 
-impl Shape {
+impl DrawnShape {
     /// A rectangle; none if it has no size.
     #[must_use]
     pub fn bar(x: f32, y: f32, width: f32, height: f32) -> Option<Self> {

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use tiny_skia::Rect;
 
-use crate::{Align, Drawing, Element, ElementKind, Fill, Line, Point, Shape};
+use crate::{Align, Drawing, DrawnShape, Element, ElementKind, Fill, LineStyle, Point};
 
 /// The SVG under construction.
 struct Svg<'d> {
@@ -78,7 +78,7 @@ impl Svg<'_> {
     fn bars(&mut self, marks: &[Element], ink: Fill, prefix: &str) -> fmt::Result {
         self.text.push_str("<path d=\"");
         for mark in marks {
-            if let ElementKind::Fill(Shape::Box(rect), _) = &mark.what {
+            if let ElementKind::Fill(DrawnShape::Box(rect), _) = &mark.what {
                 let (width, height) = (Rounded(rect.width()), Rounded(rect.height()));
                 write!(
                     self.text,
@@ -138,15 +138,15 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn shape(&mut self, shape: &Shape) -> fmt::Result {
+    fn shape(&mut self, shape: &DrawnShape) -> fmt::Result {
         match shape {
-            Shape::Line(points) => self.path_through(points, ""),
-            Shape::Area(points) => self.path_through(points, "z"),
-            Shape::Disc((x, y), radius) => {
+            DrawnShape::Line(points) => self.path_through(points, ""),
+            DrawnShape::Area(points) => self.path_through(points, "z"),
+            DrawnShape::Disc((x, y), radius) => {
                 let (x, y, radius) = (Rounded(*x), Rounded(*y), Rounded(*radius));
                 write!(self.text, r#"<circle cx="{x}" cy="{y}" r="{radius}""#)
             }
-            Shape::Box(rect) => {
+            DrawnShape::Box(rect) => {
                 let (x, y) = (Rounded(rect.x()), Rounded(rect.y()));
                 let (width, height) = (Rounded(rect.width()), Rounded(rect.height()));
                 write!(
@@ -178,7 +178,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    fn stroked(&mut self, line: Line) -> fmt::Result {
+    fn stroked(&mut self, line: LineStyle) -> fmt::Result {
         let (tone, width) = (line.ink.tone, Rounded(line.width));
         write!(
             self.text,
@@ -212,7 +212,7 @@ impl Svg<'_> {
 /// The number of rectangles of one colour that follow, if any.
 fn bars(marks: &[Element]) -> Option<(usize, Fill)> {
     let bar = |mark: &Element| match mark.what {
-        ElementKind::Fill(Shape::Box(_), ink) => Some((ink, mark.clip)),
+        ElementKind::Fill(DrawnShape::Box(_), ink) => Some((ink, mark.clip)),
         _ => None,
     };
     let first = bar(marks.first()?)?;
@@ -242,7 +242,7 @@ impl fmt::Display for Rounded {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Align, ColorRole, Drawing, Line};
+    use crate::{Align, ColorRole, Drawing, LineStyle};
 
     #[test]
     fn text_from_a_recording_never_becomes_markup() {
@@ -273,7 +273,7 @@ mod tests {
         drawing.bar((6.0, 0.5), 1.0, 2.0, ColorRole::Bad.faded(0.5));
         drawing.polyline(
             &[(0.0, 0.0), (1.0, 1.0)],
-            Line::new(ColorRole::Ink, 1.0).dashed(1.0, 2.0),
+            LineStyle::new(ColorRole::Ink, 1.0).dashed(1.0, 2.0),
         );
         let svg = drawing.svg("bars", "c");
         assert!(svg.contains("M0 0.5h1v2.25h-1zM2 0.5h1"), "{svg}");

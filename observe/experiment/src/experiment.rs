@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::drive::measure::Measure;
 use crate::drive::property::Property;
-use crate::drive::step::Step;
+use crate::drive::step::DriveStep;
 use crate::result::Columns;
 
 /// The modulation that names the world of a simulated robot.
@@ -50,7 +50,7 @@ pub struct Experiment {
     /// What is measured, in the order of [`Columns::measures`].
     pub measures: Vec<Measure>,
     /// What happens meanwhile.
-    pub steps: Vec<Step>,
+    pub steps: Vec<DriveStep>,
     /// The schemas that are replaced by their ports.
     pub mocks: Vec<(String, Mock)>,
     /// The recordings that mocks play.

@@ -68,7 +68,7 @@ pub(crate) fn derive(input: &DeriveInput, derived: &TokenStream) -> Result<Token
             }
             // SAFETY: as above.
             unsafe impl #derived::Part for #ident {
-                const SHAPE: #derived::Shape = #derived::Shape::structure(<#ident as #derived::Value>::TYPE);
+                const SHAPE: #derived::FieldLayout = #derived::FieldLayout::structure(<#ident as #derived::Value>::TYPE);
             }
         };
     })
@@ -83,7 +83,7 @@ pub(crate) fn placeholder(ident: &Ident, derived: &TokenStream) -> TokenStream {
         }
         // SAFETY: as above.
         unsafe impl #derived::Part for #ident {
-            const SHAPE: #derived::Shape = <u8 as #derived::Part>::SHAPE;
+            const SHAPE: #derived::FieldLayout = <u8 as #derived::Part>::SHAPE;
         }
     }
 }

@@ -52,7 +52,7 @@ pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
 pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Start, Target};
 pub use padding::{Flag, Padding};
-pub use part::{Part, Shape};
+pub use part::{FieldLayout, Part};
 pub use people::{Person, Persons};
 pub use picture::{ForeignPicture, PictureFault};
 pub use range::{Ahead, LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
@@ -162,7 +162,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
 #[doc(hidden)]
 pub mod derived {
     pub use crate::modulated::{Modulated, wire};
-    pub use crate::part::{Part, Shape, field};
+    pub use crate::part::{FieldLayout, Part, field};
     pub use crate::value::{Value, structure};
     pub use jde_abi::raw;
 }

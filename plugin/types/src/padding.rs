@@ -6,7 +6,7 @@ use core::fmt;
 
 use jde_abi::raw;
 
-use crate::part::{Part, Shape};
+use crate::part::{FieldLayout, Part};
 
 /// True or false in one byte: 0 is false, anything else true.
 #[derive(Clone, Copy, Default)]
@@ -60,7 +60,7 @@ impl fmt::Debug for Flag {
 
 // SAFETY: one byte, for which every pattern is a truth value.
 unsafe impl Part for Flag {
-    const SHAPE: Shape = Shape::scalar(raw::BOOL);
+    const SHAPE: FieldLayout = FieldLayout::scalar(raw::BOOL);
 }
 
 /// Bytes without meaning, in place of a gap of C. No description contains them, and all are equal.
@@ -93,7 +93,7 @@ impl<const N: usize> fmt::Debug for Padding<N> {
 
 // SAFETY: bytes, for which every pattern is valid.
 unsafe impl<const N: usize> Part for Padding<N> {
-    const SHAPE: Shape = Shape::scalar(raw::U8).repeated(raw::PADDING, N, 0);
+    const SHAPE: FieldLayout = FieldLayout::scalar(raw::U8).repeated(raw::PADDING, N, 0);
 }
 
 #[cfg(test)]

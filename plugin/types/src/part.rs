@@ -20,12 +20,12 @@ use jde_abi::raw;
 )]
 pub unsafe trait Part: Copy + Send + Sync + 'static {
     /// Its memory layout.
-    const SHAPE: Shape;
+    const SHAPE: FieldLayout;
 }
 
 /// The memory layout of a field.
 #[derive(Clone, Copy, Debug)]
-pub struct Shape {
+pub struct FieldLayout {
     pub(crate) kind: u32,
     pub(crate) form: u32,
     pub(crate) capacity: u32,
@@ -34,7 +34,7 @@ pub struct Shape {
     pub(crate) value_type: *const raw::Type,
 }
 
-impl Shape {
+impl FieldLayout {
     /// Returns the shape of one number.
     pub(crate) const fn scalar(kind: u32) -> Self {
         Self {
@@ -78,7 +78,7 @@ impl Shape {
 
 // SAFETY: as its elements, which follow each other without gaps.
 unsafe impl<T: Part, const N: usize> Part for [T; N] {
-    const SHAPE: Shape = T::SHAPE.repeated(raw::ARRAY, N, 0);
+    const SHAPE: FieldLayout = T::SHAPE.repeated(raw::ARRAY, N, 0);
 }
 
 /// Returns the table of the field of type `T` that begins `at` bytes into its structure.

@@ -7,7 +7,7 @@ use core::ffi::CStr;
 
 use jde_abi::raw;
 
-use crate::part::{Part, Shape, field};
+use crate::part::{FieldLayout, Part, field};
 use crate::value::{Value, structure};
 use crate::{Flag, Text};
 
@@ -28,7 +28,7 @@ macro_rules! scalars {
     ($($ty:ty, $kind:ident, $name:literal;)*) => { $(
         // SAFETY: every byte pattern is a valid number.
         unsafe impl Part for $ty {
-            const SHAPE: Shape = Shape::scalar(raw::$kind);
+            const SHAPE: FieldLayout = FieldLayout::scalar(raw::$kind);
         }
         single_value!($ty, [], name(concat!("std_msgs/msg/", $name, "\0")), c"A number by itself.");
         single_value!([$ty; N], [const N: usize], name(concat!("jde_msgs/msg/", $name, "Array\0")), c"A fixed number of numbers.");

@@ -8,7 +8,7 @@ use core::ops::{Deref, DerefMut};
 
 use jde_abi::raw;
 
-use crate::part::{Part, Shape};
+use crate::part::{FieldLayout, Part};
 use crate::text::TooLong;
 
 /// Up to `N` elements of type `T`; dereferences to a slice of the present ones.
@@ -183,7 +183,7 @@ impl<T: Part + fmt::Debug, const N: usize> fmt::Debug for Seq<T, N> {
 // SAFETY: two numbers and elements, for which every byte pattern is valid, without a gap by the two
 // assertions.
 unsafe impl<T: Part, const N: usize> Part for Seq<T, N> {
-    const SHAPE: Shape = {
+    const SHAPE: FieldLayout = {
         assert!(
             align_of::<T>() <= 8,
             "elements of a sequence are aligned to 8 bytes at most"

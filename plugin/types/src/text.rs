@@ -8,7 +8,7 @@ use core::mem::offset_of;
 
 use jde_abi::raw;
 
-use crate::part::{Part, Shape};
+use crate::part::{FieldLayout, Part};
 
 /// A text of up to `N` bytes of UTF-8; `N` is a multiple of 4.
 ///
@@ -129,9 +129,9 @@ impl<const N: usize> fmt::Debug for Text<N> {
 // SAFETY: a number and bytes, for which every byte pattern is valid, without a gap because `N` is a multiple
 // of the number's size.
 unsafe impl<const N: usize> Part for Text<N> {
-    const SHAPE: Shape = {
+    const SHAPE: FieldLayout = {
         assert!(N.is_multiple_of(4), "the capacity of a text is a multiple of 4");
-        Shape::scalar(raw::U8).repeated(raw::TEXT, N, offset_of!(Self, bytes))
+        FieldLayout::scalar(raw::U8).repeated(raw::TEXT, N, offset_of!(Self, bytes))
     };
 }
 

@@ -10,7 +10,7 @@ use jde_abi::raw;
 use jde_loader::instance::{SavedMemory, memory_of};
 use jde_loader::{Judge, Judgement};
 
-use crate::Verdict;
+use crate::CheckResult;
 use crate::bench::Circumstances;
 use crate::life::{Account, FailedCall, Life, Subject, USUAL};
 
@@ -20,7 +20,7 @@ pub struct Check {
     pub name: &'static str,
     /// The promise.
     pub promise: &'static str,
-    pub(crate) run: fn(Subject<'_>) -> Verdict,
+    pub(crate) run: fn(Subject<'_>) -> CheckResult,
 }
 
 /// The check of the whole file, before any other.
@@ -51,7 +51,7 @@ macro_rules! checks {
 }
 
 checks! {
-    "loads", "the file is a plugin whose description is valid", |_| Verdict::Ok;
+    "loads", "the file is a plugin whose description is valid", |_| CheckResult::Ok;
     "documented", "the plugin's types and ports say what they are", documented;
     "survives", "no call ends in a crash or an abort", lives;
     "stays", "no call ends the process", lives;
@@ -87,12 +87,12 @@ checks! {
     "judges", "a guard's judgement depends on its arguments alone, and a refusal says why", judges;
 }
 
-fn skipped(words: &str) -> Verdict {
-    Verdict::Skipped(words.to_owned())
+fn skipped(words: &str) -> CheckResult {
+    CheckResult::Skipped(words.to_owned())
 }
 
-fn verdict(failed: Option<String>) -> Verdict {
-    failed.map_or(Verdict::Ok, Verdict::Failed)
+fn verdict(failed: Option<String>) -> CheckResult {
+    failed.map_or(CheckResult::Ok, CheckResult::Failed)
 }
 
 /// Lives without values and with them: such lives show most.
@@ -100,7 +100,7 @@ fn accounts(subject: Subject<'_>) -> [Account; 2] {
     [false, true].map(|has_values| subject.live(Circumstances { has_values, ..USUAL }))
 }
 
-fn lives(subject: Subject<'_>) -> Verdict {
+fn lives(subject: Subject<'_>) -> CheckResult {
     let _ = accounts(subject);
     // A crash may need the answers that other hosts give.
     for (is_bound, has_authority) in [(false, true), (true, false)] {
@@ -110,10 +110,10 @@ fn lives(subject: Subject<'_>) -> Verdict {
             ..USUAL
         });
     }
-    Verdict::Ok
+    CheckResult::Ok
 }
 
-fn documented(subject: Subject<'_>) -> Verdict {
+fn documented(subject: Subject<'_>) -> CheckResult {
     let schema = subject.schema;
     let port = schema.ports.iter().find(|port| port.doc.trim().is_empty());
     let child = schema.children.iter().find(|child| child.doc.trim().is_empty());
@@ -125,10 +125,10 @@ fn documented(subject: Subject<'_>) -> Verdict {
     })
 }
 
-fn creates(subject: Subject<'_>) -> Verdict {
+fn creates(subject: Subject<'_>) -> CheckResult {
     match subject.create(USUAL) {
-        Ok(_) | Err(Some(_)) => Verdict::Ok,
-        Err(None) => Verdict::Failed(String::from(
+        Ok(_) | Err(Some(_)) => CheckResult::Ok,
+        Err(None) => CheckResult::Failed(String::from(
             "`create` returned no instance, and passed no reason to `fail`",
         )),
     }
@@ -140,12 +140,12 @@ fn failures(subject: Subject<'_>) -> impl Iterator<Item = FailedCall> {
         .filter_map(|account| account.failure)
 }
 
-fn statuses(subject: Subject<'_>) -> Verdict {
+fn statuses(subject: Subject<'_>) -> CheckResult {
     let unknown = failures(subject).find(|failure| !(raw::OK..=raw::OUT_OF_RANGE).contains(&failure.status));
     verdict(unknown.map(|FailedCall { call, status, .. }| format!("`{call}` returned {status}")))
 }
 
-fn reasons(subject: Subject<'_>) -> Verdict {
+fn reasons(subject: Subject<'_>) -> CheckResult {
     let is_silent = |failure: &FailedCall| {
         failure.call != "create"
             && (raw::OK..raw::PANICKED).contains(&failure.status)
@@ -157,12 +157,12 @@ fn reasons(subject: Subject<'_>) -> Verdict {
     }))
 }
 
-fn panics(subject: Subject<'_>) -> Verdict {
+fn panics(subject: Subject<'_>) -> CheckResult {
     let panicked = failures(subject).find(|failure| failure.status == raw::PANICKED);
     verdict(panicked.map(|failure| failure.to_string()))
 }
 
-fn breaches(subject: Subject<'_>, check: &str) -> Verdict {
+fn breaches(subject: Subject<'_>, check: &str) -> CheckResult {
     let mut breaches = accounts(subject).into_iter().flat_map(|account| account.breaches);
     verdict(
         breaches
@@ -172,7 +172,7 @@ fn breaches(subject: Subject<'_>, check: &str) -> Verdict {
 }
 
 /// Compares the usual life with one under other circumstances, which must not fail unless the usual one does.
-fn compare(subject: Subject<'_>, change: impl Fn(&mut Circumstances)) -> Verdict {
+fn compare(subject: Subject<'_>, change: impl Fn(&mut Circumstances)) -> CheckResult {
     let mut circumstances = USUAL;
     change(&mut circumstances);
     if let Some(declined) = declined(&subject.live(USUAL)) {
@@ -186,12 +186,12 @@ fn compare(subject: Subject<'_>, change: impl Fn(&mut Circumstances)) -> Verdict
 }
 
 /// Why there is nothing to see: the usual life fails, which is no breach by itself.
-fn declined(account: &Account) -> Option<Verdict> {
+fn declined(account: &Account) -> Option<CheckResult> {
     let failure = account.failure.as_ref()?;
-    Some(Verdict::Skipped(failure.to_string()))
+    Some(CheckResult::Skipped(failure.to_string()))
 }
 
-fn again(subject: Subject<'_>) -> Verdict {
+fn again(subject: Subject<'_>) -> CheckResult {
     let Ok(mut life) = subject.create(USUAL) else {
         return skipped("it creates no instance");
     };
@@ -208,18 +208,18 @@ fn again(subject: Subject<'_>) -> Verdict {
     let account = life.end(failed);
     match declined(&account) {
         Some(declined) if is_first => declined,
-        Some(Verdict::Skipped(words)) => Verdict::Failed(format!("the second time, {words}")),
-        _ => Verdict::Ok,
+        Some(CheckResult::Skipped(words)) => CheckResult::Failed(format!("the second time, {words}")),
+        _ => CheckResult::Ok,
     }
 }
 
-fn instances(subject: Subject<'_>) -> Verdict {
+fn instances(subject: Subject<'_>) -> CheckResult {
     if let Some(declined) = declined(&subject.live(USUAL)) {
         return declined;
     }
     let (first, second) = (subject.create(USUAL), subject.create(USUAL));
     let (Ok(mut first), Ok(mut second)) = (first, second) else {
-        return Verdict::Failed(String::from("there can be one instance only"));
+        return CheckResult::Failed(String::from("there can be one instance only"));
     };
     let mut failed = first.wake_up().or_else(|| second.wake_up());
     for _ in 0..2 {
@@ -232,12 +232,12 @@ fn instances(subject: Subject<'_>) -> Verdict {
     failed = failed.or_else(|| second.take_turns(1));
     second.fall_asleep();
     match declined(&second.end(failed)) {
-        Some(Verdict::Skipped(words)) => Verdict::Failed(format!("beside another instance, {words}")),
-        _ => Verdict::Ok,
+        Some(CheckResult::Skipped(words)) => CheckResult::Failed(format!("beside another instance, {words}")),
+        _ => CheckResult::Ok,
     }
 }
 
-fn repeats(subject: Subject<'_>) -> Verdict {
+fn repeats(subject: Subject<'_>) -> CheckResult {
     let [first, second] = [(); 2].map(|()| subject.live(USUAL));
     let differs = first.publications.len() != second.publications.len();
     let different = first
@@ -262,7 +262,7 @@ fn growth<T>(subject: Subject<'_>, measure: impl Fn() -> T) -> (T, T) {
     (before, measure())
 }
 
-fn threads(subject: Subject<'_>) -> Verdict {
+fn threads(subject: Subject<'_>) -> CheckResult {
     let count = || fs::read_dir("/proc/self/task").map_or(0, Iterator::count);
     let (before, mut after) = growth(subject, count);
     // The last may still be ending.
@@ -274,14 +274,14 @@ fn threads(subject: Subject<'_>) -> Verdict {
     verdict((after > before).then(|| format!("{LIVES} instances left {} threads", after - before)))
 }
 
-fn files(subject: Subject<'_>) -> Verdict {
+fn files(subject: Subject<'_>) -> CheckResult {
     let (before, after) = growth(subject, || {
         fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
     });
     verdict((after > before).then(|| format!("{LIVES} instances left {} files open", after - before)))
 }
 
-fn memory(subject: Subject<'_>) -> Verdict {
+fn memory(subject: Subject<'_>) -> CheckResult {
     // SAFETY: reads statistics of the allocator.
     let allocated = || unsafe { libc::mallinfo2() };
     let left = |_| {
@@ -300,7 +300,7 @@ fn memory(subject: Subject<'_>) -> Verdict {
     })
 }
 
-fn process(subject: Subject<'_>) -> Verdict {
+fn process(subject: Subject<'_>) -> CheckResult {
     let state = || {
         let status = fs::read_to_string("/proc/thread-self/status").unwrap_or_default();
         let is_kept = |line: &&str| {
@@ -323,7 +323,7 @@ fn process(subject: Subject<'_>) -> Verdict {
     )
 }
 
-fn state(subject: Subject<'_>) -> Verdict {
+fn state(subject: Subject<'_>) -> CheckResult {
     let Ok(Some(table)) = memory_of(&subject.functions) else {
         return skipped("it saves no memory");
     };
@@ -340,12 +340,12 @@ fn state(subject: Subject<'_>) -> Verdict {
     let saved = match saved {
         Ok(saved) if status == raw::OK => saved,
         Ok(_) => {
-            return Verdict::Failed(format!(
+            return CheckResult::Failed(format!(
                 "`save` returned {status}: {}",
                 reason.unwrap_or_default()
             ));
         }
-        Err(error) => return Verdict::Failed(format!("`save` failed: {error}")),
+        Err(error) => return CheckResult::Failed(format!("`save` failed: {error}")),
     };
     let Ok(mut next) = subject.create(USUAL) else {
         return skipped("it creates no instance");
@@ -363,14 +363,14 @@ fn state(subject: Subject<'_>) -> Verdict {
     };
     let (status, reason) = restore(&mut next, &memory);
     if status != raw::OK {
-        return Verdict::Failed(format!(
+        return CheckResult::Failed(format!(
             "`restore` of its own memory returned {status}: {}",
             reason.unwrap_or_default()
         ));
     }
     let ((_, again), _) = save(&mut next);
     if again.as_ref() != Ok(&memory.bytes) {
-        return Verdict::Failed(String::from(
+        return CheckResult::Failed(String::from(
             "what it saves after `restore` is not what was restored",
         ));
     }
@@ -381,7 +381,7 @@ fn state(subject: Subject<'_>) -> Verdict {
             ..memory.clone()
         };
         if restore(&mut next, &cut).0 == raw::PANICKED {
-            return Verdict::Failed(String::from("`restore` panics on memory that is too short"));
+            return CheckResult::Failed(String::from("`restore` panics on memory that is too short"));
         }
     }
     let breaches = [life.end(None), next.end(None)]
@@ -391,7 +391,7 @@ fn state(subject: Subject<'_>) -> Verdict {
     verdict(breaches.next().map(|(_, words)| words))
 }
 
-fn inspects(subject: Subject<'_>) -> Verdict {
+fn inspects(subject: Subject<'_>) -> CheckResult {
     if !subject.schema.inspects {
         return skipped("it has no inspection");
     }
@@ -421,7 +421,7 @@ fn inspects(subject: Subject<'_>) -> Verdict {
     })
 }
 
-fn judges(subject: Subject<'_>) -> Verdict {
+fn judges(subject: Subject<'_>) -> CheckResult {
     let (Some(guard), Some(judge)) = (&subject.schema.guard, Judge::of(&subject.functions)) else {
         return skipped("it is not a guard");
     };
@@ -433,13 +433,13 @@ fn judges(subject: Subject<'_>) -> Verdict {
             let judge = || unsafe { judge.judge(state.bytes(), age, command.bytes()) };
             let judged = judge();
             if judged != judge() {
-                return Verdict::Failed(String::from("it judges the same command in two ways"));
+                return CheckResult::Failed(String::from("it judges the same command in two ways"));
             }
             match judged {
                 Judgement::Accepted => {}
                 Judgement::Limited(_, reason) | Judgement::Refused(reason) => {
                     if reason.is_empty() {
-                        return Verdict::Failed(String::from(
+                        return CheckResult::Failed(String::from(
                             "it refuses or limits a command without a reason",
                         ));
                     }
@@ -447,5 +447,5 @@ fn judges(subject: Subject<'_>) -> Verdict {
             }
         }
     }
-    Verdict::Ok
+    CheckResult::Ok
 }

@@ -26,7 +26,7 @@ pub use serve::serve;
 /// The result of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "result", content = "words", rename_all = "lowercase")]
-pub enum Verdict {
+pub enum CheckResult {
     /// The promise is kept, as far as the check sees.
     Ok,
     /// It is not kept, in these words.
@@ -45,5 +45,5 @@ pub struct Finding {
     pub schema: Option<String>,
     /// What it found.
     #[serde(flatten)]
-    pub verdict: Verdict,
+    pub verdict: CheckResult,
 }

@@ -16,8 +16,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 
 use crate::checks::{CHECKS, Check, LOADS, RETURNS, STAYS, SURVIVES};
-use crate::serve::Report;
-use crate::{Finding, Verdict};
+use crate::serve::CheckReport;
+use crate::{CheckResult, Finding};
 
 /// The check of what is printed.
 const SILENT: &str = "silent";
@@ -33,7 +33,7 @@ pub enum ValidationError {
 
 /// How the process of a check ended.
 enum End {
-    Reported(Report),
+    Reported(CheckReport),
     Ended(ExitStatus),
     Lasted,
 }
@@ -64,7 +64,7 @@ pub fn validate(
     let (end, _) = run(LOADS, 0)?;
     let (verdict, types) = match end {
         End::Reported(report) => (report.verdict, report.types),
-        end => (Verdict::Failed(describe(&end, timeout)), Vec::new()),
+        end => (CheckResult::Failed(describe(&end, timeout)), Vec::new()),
     };
     findings.push(Finding {
         check: LOADS,
@@ -80,19 +80,21 @@ pub fn validate(
                 continue;
             }
             if let Some(words) = general.as_ref().filter(|_| !decides) {
-                findings.push(finding(check, name, Verdict::Skipped(words.clone())));
+                findings.push(finding(check, name, CheckResult::Skipped(words.clone())));
                 continue;
             }
             let (end, printed) = run(check.name, number)?;
             let verdict = match end {
                 End::Reported(_) if check.name == SILENT && !printed.is_empty() => {
-                    Verdict::Failed(format!("it printed {printed:?}"))
+                    CheckResult::Failed(format!("it printed {printed:?}"))
                 }
                 End::Reported(report) => report.verdict,
-                end if !decides || culprit(&end) == check.name => Verdict::Failed(describe(&end, timeout)),
-                end => Verdict::Skipped(describe(&end, timeout)),
+                end if !decides || culprit(&end) == check.name => {
+                    CheckResult::Failed(describe(&end, timeout))
+                }
+                end => CheckResult::Skipped(describe(&end, timeout)),
             };
-            if decides && verdict != Verdict::Ok {
+            if decides && verdict != CheckResult::Ok {
                 general.get_or_insert_with(|| String::from("see `survives`, `stays` and `returns`"));
             }
             if is_chosen(check.name) {
@@ -104,7 +106,7 @@ pub fn validate(
     Ok(findings)
 }
 
-fn finding(check: &Check, schema: &str, verdict: Verdict) -> Finding {
+fn finding(check: &Check, schema: &str, verdict: CheckResult) -> Finding {
     Finding {
         check: check.name,
         schema: Some(schema.to_owned()),

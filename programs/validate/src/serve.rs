@@ -11,14 +11,14 @@ use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 use serde::{Deserialize, Serialize};
 
-use crate::Verdict;
+use crate::CheckResult;
 use crate::checks::{CHECKS, LOADS};
 use crate::life::Subject;
 
 /// What a process reports.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Report {
-    pub(crate) verdict: Verdict,
+pub(crate) struct CheckReport {
+    pub(crate) verdict: CheckResult,
     /// The plugin's types.
     pub(crate) types: Vec<String>,
 }
@@ -50,11 +50,11 @@ pub fn serve(arguments: &[String]) -> io::Result<()> {
     Ok(())
 }
 
-fn report(asker: &UnixStream, file: &Path, check: &str, number: usize) -> Report {
-    let report = |verdict, types| Report { verdict, types };
+fn report(asker: &UnixStream, file: &Path, check: &str, number: usize) -> CheckReport {
+    let report = |verdict, types| CheckReport { verdict, types };
     let plugin = match LoadedPlugin::open_copy(file, file) {
         Ok(plugin) => plugin,
-        Err(error) => return report(Verdict::Failed(error.to_string()), Vec::new()),
+        Err(error) => return report(CheckResult::Failed(error.to_string()), Vec::new()),
     };
     let schemas = &plugin.description.schemas;
     let types = schemas.iter().map(|schema| schema.name.clone()).collect();
@@ -65,7 +65,7 @@ fn report(asker: &UnixStream, file: &Path, check: &str, number: usize) -> Report
             functions: plugin.schema(number),
             asker,
         }),
-        _ => Verdict::Ok,
+        _ => CheckResult::Ok,
     };
     report(verdict, types)
 }

@@ -12,7 +12,7 @@ use std::error::Error;
 use std::time::Duration;
 
 use jde_grid::{OccupancyGrid, Ray, RollingGrid};
-use jde_mcl::{Beams, Field, Localizer, Model, MotionNoise, Sensor, Settings, State};
+use jde_mcl::{Beams, LikelihoodField, Localizer, Model, MotionNoise, Sensor, Settings, State};
 use jde_types::{LaserScan, Pose2D, normalize_angle};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -65,7 +65,7 @@ fn main() -> Result<(), Failure> {
         known.len(),
         vertices.len() - used.iter().filter(|used| **used).count()
     );
-    let field = Field::new(&map);
+    let field = LikelihoodField::new(&map);
     let settings = settings(model);
     track(&records, &field, &settings, known[0]);
     find(&records, &field, &settings, &known);
@@ -107,7 +107,7 @@ struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    fn new(records: &'a [Record], field: &Field, first: usize, seed: u64) -> Self {
+    fn new(records: &'a [Record], field: &LikelihoodField, first: usize, seed: u64) -> Self {
         Self {
             localizer: Localizer::new(field.clone(), PARTICLES, seed),
             beams: Beams::new(BEAMS),
@@ -151,7 +151,7 @@ impl<'a> Drive<'a> {
 }
 
 /// From the true pose of the first scan that has one, to the end.
-fn track(records: &[Record], field: &Field, settings: &Settings, first: usize) {
+fn track(records: &[Record], field: &LikelihoodField, settings: &Settings, first: usize) {
     let (mut lost, mut unsure, mut steps, mut particles) = (0, 0, 0, 0);
     let (mut squares, mut turns, mut count, mut worst) = (0.0, 0.0, 0.0, 0.0_f64);
     let mut times = Vec::new();
@@ -195,7 +195,7 @@ fn track(records: &[Record], field: &Field, settings: &Settings, first: usize) {
 }
 
 /// From a hundred places without a pose, until it is sure.
-fn find(records: &[Record], field: &Field, settings: &Settings, known: &[usize]) {
+fn find(records: &[Record], field: &LikelihoodField, settings: &Settings, known: &[usize]) {
     let (mut found, mut wrong, mut scans, mut longest) = (0, 0, Vec::new(), Duration::ZERO);
     for number in 0..STARTS {
         let first = known[number * known.len() / STARTS];
@@ -230,7 +230,12 @@ fn find(records: &[Record], field: &Field, settings: &Settings, known: &[usize])
 }
 
 /// Carried 50 times to a place at least 10 m away, until it is sure there.
-fn kidnap(records: &[Record], field: &Field, settings: &Settings, known: &[usize]) -> Result<(), Failure> {
+fn kidnap(
+    records: &[Record],
+    field: &LikelihoodField,
+    settings: &Settings,
+    known: &[usize],
+) -> Result<(), Failure> {
     let (mut found, mut wrong, mut silent, mut wrong_steps) = (0, 0, Vec::new(), 0);
     for number in 0..50 {
         let mut random = fastrand::Rng::with_seed(number);

@@ -24,14 +24,14 @@ struct Span {
 
 /// A map, prepared for localization. It takes a byte for each cell, and eight for each run of free cells.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct LikelihoodField {
     geometry: Geometry,
     near: Vec<u8>,
     spans: Vec<Span>,
     free: u32,
 }
 
-impl Field {
+impl LikelihoodField {
     /// Prepares a map. Takes time by the number of cells.
     #[must_use]
     pub fn new(map: &OccupancyGrid) -> Self {
@@ -189,7 +189,7 @@ pub(crate) mod tests {
 
     #[test]
     fn distances_are_to_the_nearest_obstacle_and_infinite_outside() {
-        let field = Field::new(&map(&["#...", "... "]));
+        let field = LikelihoodField::new(&map(&["#...", "... "]));
         for (x, y, distance) in [
             (0.5, 1.5, 0.0),
             (2.5, 1.5, 2.0),
@@ -200,14 +200,14 @@ pub(crate) mod tests {
         ] {
             assert_eq!(field.distance(x, y), distance, "{x}, {y}");
         }
-        let empty = Field::new(&map(&["."]));
+        let empty = LikelihoodField::new(&map(&["."]));
         assert_eq!(empty.distance(0.5, 0.5), f32::INFINITY, "no obstacle at all");
     }
 
     #[test]
     fn free_cells_are_numbered_and_found_again() {
         let rows = ["#..#..", "......", " .#...", "#    #", "....#."];
-        let field = Field::new(&map(&rows));
+        let field = LikelihoodField::new(&map(&rows));
         assert_eq!(field.free_cells(), 19);
         let cells: Vec<_> = (0..19).map(|number| field.free_cell(number)).collect();
         for (y, row) in rows.iter().rev().enumerate() {
@@ -218,12 +218,12 @@ pub(crate) mod tests {
             }
         }
         assert!(!field.is_free(-0.5, 0.5) && !field.is_free(f32::NAN, 0.5));
-        assert!(!Field::new(&map(&["#"])).is_free(0.5, 0.5));
+        assert!(!LikelihoodField::new(&map(&["#"])).is_free(0.5, 0.5));
     }
 
     #[test]
     fn a_ray_ends_at_the_first_obstacle_or_where_the_map_ends() {
-        let field = Field::new(&map(&["......#...", ".....#...."]));
+        let field = LikelihoodField::new(&map(&["......#...", ".....#...."]));
         let ahead = (1.0, 0.0);
         assert!((field.cast((0.5, 1.5), ahead, 20.0) - 5.5).abs() <= 0.5);
         assert!((field.cast((0.5, 0.5), ahead, 20.0) - 4.5).abs() <= 0.5);
@@ -242,7 +242,7 @@ pub(crate) mod tests {
         ) {
             let geometry = Geometry::new(40, 40, 0.1, (0.0, 0.0, 0.0)).expect("valid");
             let data: Vec<i8> = cells.iter().map(|&occupied| if occupied { 100 } else { 0 }).collect();
-            let field = Field::new(&OccupancyGrid::from_ros(geometry, &data).expect("as many"));
+            let field = LikelihoodField::new(&OccupancyGrid::from_ros(geometry, &data).expect("as many"));
             let (sin, cos) = angle.sin_cos();
             let found = field.cast((x, y), (cos, sin), 60.0);
             let meets = |way: f32| field.parts(x + way * cos, y + way * sin) == 0;

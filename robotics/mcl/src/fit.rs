@@ -2,7 +2,7 @@
 //! against it.
 
 use crate::beams::{Beam, Beams};
-use crate::field::Field;
+use crate::field::LikelihoodField;
 use crate::sensor::Likelihoods;
 
 /// For how much a beam counts that ends at an obstacle of the map although another is on its way: what was there may have
@@ -31,7 +31,7 @@ pub(crate) struct Fit {
 /// A scan on a map.
 #[derive(Clone, Copy)]
 pub(crate) struct Comparison<'a> {
-    pub(crate) field: &'a Field,
+    pub(crate) field: &'a LikelihoodField,
     pub(crate) likelihoods: &'a Likelihoods,
     pub(crate) beams: &'a Beams,
     /// How far the end of a beam that agrees may be from an obstacle, in cells.
@@ -125,7 +125,7 @@ mod tests {
 
     /// In a corridor with a pillar: beams straight ahead of this length, m.
     fn at(range: f32) -> Fit {
-        let field = Field::new(&map(&[
+        let field = LikelihoodField::new(&map(&[
             "####################",
             "#.....#........#   #",
             "####################",
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn short_beams_say_little() {
-        let field = Field::new(&map(&["###", "#.#", "###"]));
+        let field = LikelihoodField::new(&map(&["###", "#.#", "###"]));
         let mut beams = Beams::new(12);
         let mut scan = LaserScan {
             angle_increment: core::f32::consts::TAU / 12.0,

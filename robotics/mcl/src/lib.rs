@@ -24,7 +24,7 @@ mod tests;
 
 pub use beams::{Beams, Blind};
 pub use bins::bound;
-pub use field::Field;
+pub use field::LikelihoodField;
 pub use localizer::Localizer;
 pub use motion::MotionNoise;
 pub use particles::Estimate;

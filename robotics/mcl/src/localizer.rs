@@ -3,7 +3,7 @@
 use jde_types::{Pose2D, normalize_angle};
 
 use crate::beams::Beams;
-use crate::field::Field;
+use crate::field::LikelihoodField;
 use crate::fit::Comparison;
 use crate::particles::{Estimate, Particles, cells};
 use crate::places::{NOISE, Places};
@@ -34,7 +34,7 @@ const FOUND_HEADING_DEVIATION: f64 = 0.05;
 /// A particle filter on one map.
 #[derive(Clone, Debug)]
 pub struct Localizer {
-    field: Field,
+    field: LikelihoodField,
     particles: Particles,
     likelihoods: Likelihoods,
     search: PoseSearch,
@@ -71,7 +71,7 @@ impl Localizer {
     /// Returns a localizer with room for `most` particles, which does not know where the robot is. It allocates all
     /// that it will need.
     #[must_use]
-    pub fn new(field: Field, most: usize, seed: u64) -> Self {
+    pub fn new(field: LikelihoodField, most: usize, seed: u64) -> Self {
         let cell = field.geometry().resolution();
         Self {
             particles: Particles::new(most, cell),
@@ -99,7 +99,7 @@ impl Localizer {
 
     /// Returns the map.
     #[must_use]
-    pub const fn field(&self) -> &Field {
+    pub const fn field(&self) -> &LikelihoodField {
         &self.field
     }
 
@@ -485,6 +485,6 @@ impl Localizer {
 }
 
 /// How far the end of a beam that agrees may be from an obstacle, in cells.
-fn tolerance(settings: &Settings, field: &Field) -> f32 {
+fn tolerance(settings: &Settings, field: &LikelihoodField) -> f32 {
     (settings.limits.tolerance / field.geometry().resolution()) as f32
 }

@@ -5,7 +5,7 @@ use jde_types::{Pose2D, normalize_angle};
 
 use crate::beams::Beams;
 use crate::bins::{Bins, bound};
-use crate::field::Field;
+use crate::field::LikelihoodField;
 use crate::motion::OdometryMotion;
 use crate::sensor::Likelihoods;
 
@@ -144,7 +144,7 @@ impl Particles {
     }
 
     /// Multiplies the weights by the likelihoods of a scan.
-    pub(crate) fn weigh(&mut self, field: &Field, likelihoods: &Likelihoods, beams: &Beams) {
+    pub(crate) fn weigh(&mut self, field: &LikelihoodField, likelihoods: &Likelihoods, beams: &Beams) {
         let mut scores = core::mem::take(&mut self.scores);
         scores.clear();
         scores.extend((0..self.len()).map(|index| likelihoods.of_scan(field, beams, self.pose(index))));

@@ -6,7 +6,7 @@ use core::f32::consts::TAU;
 use jde_types::Pose2D;
 
 use crate::beams::Beams;
-use crate::field::Field;
+use crate::field::LikelihoodField;
 use crate::random::around_zero;
 use crate::sensor::{Model, Sensor};
 
@@ -73,7 +73,7 @@ impl PoseSearch {
             outliers: 0.05,
             independent: 1.0,
         };
-        for (score, distance) in scores.iter_mut().zip(Field::distances()) {
+        for (score, distance) in scores.iter_mut().zip(LikelihoodField::distances()) {
             *score = sensor.logarithm(f64::from(distance) * cell);
         }
         Self {
@@ -95,7 +95,7 @@ impl PoseSearch {
     /// Begins anew with a scan, which was taken at this pose of the odometry. It looks at no more than `most` poses.
     pub(crate) fn begin(
         &mut self,
-        field: &Field,
+        field: &LikelihoodField,
         region: Region,
         beams: &Beams,
         odometry: Pose2D,
@@ -165,7 +165,12 @@ impl PoseSearch {
     }
 
     /// Looks at about `poses` more poses. Returns whether that was the end.
-    pub(crate) fn advance(&mut self, field: &Field, poses: usize, random: &mut fastrand::Rng) -> bool {
+    pub(crate) fn advance(
+        &mut self,
+        field: &LikelihoodField,
+        poses: usize,
+        random: &mut fastrand::Rng,
+    ) -> bool {
         for _ in 0..(poses / TURNS).max(1) {
             if self.place >= self.places {
                 break;
@@ -179,7 +184,7 @@ impl PoseSearch {
     }
 
     /// The next place: a random one of the next free cells, or of the disc.
-    fn draw(&self, field: &Field, random: &mut fastrand::Rng) -> Option<(f32, f32)> {
+    fn draw(&self, field: &LikelihoodField, random: &mut fastrand::Rng) -> Option<(f32, f32)> {
         match self.region {
             Region::Everywhere => {
                 let share = (f64::from(self.place) + random.f64()) / f64::from(self.places);
@@ -196,7 +201,7 @@ impl PoseSearch {
         .filter(|&(x, y)| field.is_free(x, y))
     }
 
-    fn judge(&mut self, field: &Field, (x, y): (f32, f32)) {
+    fn judge(&mut self, field: &LikelihoodField, (x, y): (f32, f32)) {
         let count = self.beams.as_slice().len();
         for turn in 0..TURNS {
             let scores = self.ends[turn][..count].iter().map(|end| {
@@ -259,7 +264,7 @@ mod tests {
     /// The pose of the scan is among the best, and calls in parts find the same.
     #[test]
     fn the_pose_of_a_scan_is_found_in_parts() {
-        let field = Field::new(&map(&[
+        let field = LikelihoodField::new(&map(&[
             "#######################",
             "#.........#...........#",
             "#.........#...........#",

@@ -1,7 +1,7 @@
 //! The models of the laser: how likely a scan is at a pose, and how far it agrees with the map there.
 
 use crate::beams::{Beam, Beams};
-use crate::field::Field;
+use crate::field::LikelihoodField;
 
 /// How the likelihood of a beam is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,7 +64,7 @@ pub(crate) struct Likelihoods {
 impl Likelihoods {
     pub(crate) fn new(sensor: Sensor, cell: f64) -> Self {
         let mut by_parts = [0.0; 256];
-        for (logarithm, distance) in by_parts.iter_mut().zip(Field::distances()) {
+        for (logarithm, distance) in by_parts.iter_mut().zip(LikelihoodField::distances()) {
             *logarithm = sensor.logarithm(f64::from(distance) * cell);
         }
         Self {
@@ -85,7 +85,7 @@ impl Likelihoods {
     }
 
     /// The logarithm of the likelihood of a scan at a pose in cells. Outside the free cells each beam is an outlier.
-    pub(crate) fn of_scan(&self, field: &Field, beams: &Beams, [x, y, heading]: [f32; 3]) -> f32 {
+    pub(crate) fn of_scan(&self, field: &LikelihoodField, beams: &Beams, [x, y, heading]: [f32; 3]) -> f32 {
         let beams_of = beams.as_slice();
         let share = (self.sensor.independent as f32 / beams_of.len().max(1) as f32).min(1.0);
         if !field.is_free(x, y) {
@@ -121,7 +121,7 @@ impl Likelihoods {
     }
 
     /// The sum of the logarithms of the likelihoods of the beams by their ends.
-    pub(crate) fn of_ends(&self, field: &Field, beams: &Beams, [x, y, heading]: [f32; 3]) -> f32 {
+    pub(crate) fn of_ends(&self, field: &LikelihoodField, beams: &Beams, [x, y, heading]: [f32; 3]) -> f32 {
         let scale = 1.0 / self.cell as f32;
         let (sin, cos) = libm::sincosf(heading);
         let (along, across) = (cos * scale, sin * scale);
@@ -148,8 +148,8 @@ mod tests {
     const CELL: f64 = 0.1;
 
     /// A room of 2 × 1 m with a wall that leaves a gap, in cells of 0.1 m.
-    fn field() -> Field {
-        Field::new(&map(&[
+    fn field() -> LikelihoodField {
+        LikelihoodField::new(&map(&[
             "######################",
             "#.........#..........#",
             "#.........#..........#",
@@ -161,7 +161,7 @@ mod tests {
     }
 
     /// What a laser sees at a pose in cells, by the field's own rays, with 36 beams all around.
-    fn beams(field: &Field, [x, y, heading]: [f32; 3]) -> Beams {
+    fn beams(field: &LikelihoodField, [x, y, heading]: [f32; 3]) -> Beams {
         let mut scan = LaserScan {
             angle_increment: core::f32::consts::TAU / 36.0,
             range_max: 8.0,
@@ -180,7 +180,12 @@ mod tests {
 
     const TRUE: [f32; 3] = [4.5, 2.5, 0.3];
 
-    fn agreement(field: &Field, beams: &Beams, pose: [f32; 3], (tolerance, cell): (f32, f64)) -> f32 {
+    fn agreement(
+        field: &LikelihoodField,
+        beams: &Beams,
+        pose: [f32; 3],
+        (tolerance, cell): (f32, f64),
+    ) -> f32 {
         let likelihoods = Likelihoods::new(Sensor::default(), cell);
         let scan = Comparison {
             field,
@@ -224,7 +229,7 @@ mod tests {
             "#.........#..........#",
             "######################",
         ];
-        let field = Field::new(&map(&rows));
+        let field = LikelihoodField::new(&map(&rows));
         let mut scan = LaserScan {
             // Too little to matter.
             angle_increment: 1e-9,
@@ -272,7 +277,7 @@ mod tests {
         let mut rows = vec![".".repeat(60); 60];
         rows[0] = "#".repeat(60);
         let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
-        let field = Field::new(&map(&rows));
+        let field = LikelihoodField::new(&map(&rows));
         let mut scan = LaserScan {
             // Too little to matter.
             angle_increment: 1e-9,

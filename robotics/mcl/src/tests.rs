@@ -5,7 +5,7 @@ use core::f32::consts::TAU;
 use jde_types::{LaserScan, Pose2D, normalize_angle};
 
 use crate::field::tests::map;
-use crate::{Beams, Doubt, Field, Localizer, Settings, State};
+use crate::{Beams, Doubt, LikelihoodField, Localizer, Settings, State};
 
 /// Cells of 1 m: two rooms with a door, and what stands in them.
 const HALL: [&str; 14] = [
@@ -60,7 +60,7 @@ const TWINS: [&str; 14] = [
 ];
 
 struct Robot {
-    world: Field,
+    world: LikelihoodField,
     localizer: Localizer,
     settings: Settings,
     truth: Pose2D,
@@ -70,10 +70,10 @@ struct Robot {
 
 impl Robot {
     fn new(rows: &[&str], world: &[&str], truth: Pose2D) -> Self {
-        let mut localizer = Localizer::new(Field::new(&map(rows)), 2000, 7);
+        let mut localizer = Localizer::new(LikelihoodField::new(&map(rows)), 2000, 7);
         localizer.start_anywhere();
         Self {
-            world: Field::new(&map(world)),
+            world: LikelihoodField::new(&map(world)),
             localizer,
             settings: Settings::default(),
             truth,
@@ -139,7 +139,7 @@ fn refurnished() -> Robot {
     robot.localizer.start_at(&START, 0.3, 0.2);
     robot.step(0.0, 0.0);
     assert!(robot.is_sure(), "{:?}", robot.state);
-    robot.world = Field::new(&map(&REFURNISHED));
+    robot.world = LikelihoodField::new(&map(&REFURNISHED));
     robot
 }
 
@@ -365,7 +365,7 @@ fn more_equal_rooms_than_a_list_of_places_has_are_no_unique_place() {
     let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
     for particles in [10, 2000] {
         let mut robot = Robot::new(&rows, &rows, Pose2D::new(3.0, 3.0, 0.3));
-        robot.localizer = Localizer::new(Field::new(&map(&rows)), particles, 7);
+        robot.localizer = Localizer::new(LikelihoodField::new(&map(&rows)), particles, 7);
         robot.localizer.start_anywhere();
         for _ in 0..120 {
             robot.drive(0.02, 0.1);

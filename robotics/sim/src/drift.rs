@@ -20,12 +20,12 @@ pub(crate) struct Drift {
     by_scale: [[f64; 3]; WHEELS],
     /// The covariance by slip of 1 m after one metre.
     by_slip: Covariance,
-    last: Step,
+    last: MeasuredMotion,
 }
 
 /// The measured motion in a step of the world.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Step {
+pub(crate) struct MeasuredMotion {
     /// The pose's heading in the middle of the step.
     pub(crate) heading: f64,
     /// The pose's change along x and y.
@@ -41,7 +41,7 @@ impl Drift {
         (self.by_scale, self.by_slip) = Default::default();
     }
 
-    pub(crate) fn add(&mut self, track: f64, step: Step) {
+    pub(crate) fn add(&mut self, track: f64, step: MeasuredMotion) {
         self.last = step;
         if step.ways == [0.0; WHEELS] {
             return;

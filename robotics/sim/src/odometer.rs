@@ -3,7 +3,7 @@
 //! It depends on the rotation of the wheels only, not on the pose of the robot.
 
 use crate::config::RobotConfig;
-use crate::drift::{Covariance, Drift, Step};
+use crate::drift::{Covariance, Drift, MeasuredMotion};
 use crate::geometry::{Pose2, Twist2};
 use crate::random::Noise;
 
@@ -120,7 +120,7 @@ impl Odometer {
         let (ahead, turned) = ((left + right) / 2.0, (right - left) / config.track);
         let from = self.odometry.pose;
         let to = from.along([ahead, aside], turned);
-        let step = Step {
+        let step = MeasuredMotion {
             heading: from.heading + turned / 2.0,
             moved: [to.x - from.x, to.y - from.y],
             ways: [left, right, aside],

@@ -43,7 +43,7 @@ pub struct Truth {
 
 /// A motion at a constant twist, in the robot's frame: metres ahead and to the left, and radians.
 #[derive(Clone, Copy, Debug)]
-struct Motion {
+struct Displacement {
     ahead: f64,
     left: f64,
     turn: f64,
@@ -144,7 +144,7 @@ impl SimulatedRobot {
         let after = self.motors.step(&self.config, before, self.load, dt);
         // Under a constant acceleration the mean of the two speeds gives the exact distance.
         let mean = |before: f64, after: f64| (before + after) / 2.0 * dt;
-        let motion = Motion {
+        let motion = Displacement {
             ahead: mean(before.linear, after.linear),
             left: mean(before.lateral, after.lateral),
             turn: mean(before.angular, after.angular),
@@ -159,7 +159,7 @@ impl SimulatedRobot {
             Kinematics::Car { .. } => false,
         };
         // The rest of the turn takes place on the spot. A round body always has room for it.
-        let rest = Motion::turn(if turns_on_the_spot {
+        let rest = Displacement::turn(if turns_on_the_spot {
             (1.0 - part) * motion.turn
         } else {
             0.0
@@ -220,7 +220,7 @@ impl SimulatedRobot {
     fn push(
         &mut self,
         part: f64,
-        motion: Motion,
+        motion: Displacement,
         dt: f64,
         mut make_room: impl FnMut(Pose2, f64) -> Option<f64>,
     ) -> f64 {
@@ -243,7 +243,7 @@ impl SimulatedRobot {
     }
 
     /// Returns the part of a motion, from 0 to 1, that the body can make without entering anything.
-    fn free_part(&self, motion: Motion, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
+    fn free_part(&self, motion: Displacement, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
         let start = self.truth.pose;
         let footprint = &self.config.footprint;
         let travel = footprint.travel(motion.distance(), motion.turn);
@@ -265,7 +265,7 @@ impl SimulatedRobot {
     }
 }
 
-impl Motion {
+impl Displacement {
     /// Creates a turn on the spot.
     fn turn(turn: f64) -> Self {
         Self {

@@ -8,7 +8,7 @@ const SHARPENING: f64 = 0.25;
 
 /// The bits of a quadrilateral.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Reading {
+pub(crate) struct CellBits {
     /// Row by row from the first corner to the second, the first the most significant.
     pub(crate) code: u64,
     /// How far the cells are from the threshold between black and white: the lesser of the means of both kinds.
@@ -17,7 +17,7 @@ pub(crate) struct Reading {
 
 /// Reads a quadrilateral as a tag of a family, in the order of its corners; `None` if it reaches out of the picture
 /// or its border is not black on white.
-pub(crate) fn read(picture: &Gray<'_>, corners: &[Point; 4], family: Family) -> Option<Reading> {
+pub(crate) fn read(picture: &Gray<'_>, corners: &[Point; 4], family: Family) -> Option<CellBits> {
     let homography = Homography::to(corners);
     let width = family.width();
     let sample = |cell: [f64; 2]| {
@@ -76,7 +76,7 @@ fn sharpened(cells: &[f64], side: usize) -> Vec<f64> {
     (0..cells.len()).map(sharp).collect()
 }
 
-fn bits(cells: &[f64]) -> Reading {
+fn bits(cells: &[f64]) -> CellBits {
     let mut code = 0;
     // Of black and of white cells: the sum of their distances from the threshold, and their number.
     let mut kinds = [(0.0, 1.0); 2];
@@ -88,7 +88,7 @@ fn bits(cells: &[f64]) -> Reading {
         *count += 1.0;
     }
     let [black, white] = kinds.map(|(sum, count)| sum / count);
-    Reading {
+    CellBits {
         code,
         margin: black.min(white),
     }

@@ -67,23 +67,23 @@ pub enum Changes {
 /// The function to call.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Function {
-    /// The first: load the type. The outcome is [`Outcome::Started`].
+    /// The first: load the type. The outcome is [`Returned::Started`].
     Start(Box<Launch>),
-    /// Create an instance. A failure is [`Outcome::Refused`].
+    /// Create an instance. A failure is [`Returned::Refused`].
     Create,
     /// Wake it up.
     Awake,
-    /// Evaluate its precondition. The outcome is [`Outcome::Checked`].
+    /// Evaluate its precondition. The outcome is [`Returned::Checked`].
     Check,
     /// Iterate.
     Iterate,
-    /// Evaluate its precondition, and iterate if that is true. The outcome is [`Outcome::Checked`].
+    /// Evaluate its precondition, and iterate if that is true. The outcome is [`Returned::Checked`].
     CheckAndIterate,
-    /// Arbitrate among its children. The outcome is [`Outcome::Arbitrated`].
+    /// Arbitrate among its children. The outcome is [`Returned::Arbitrated`].
     Arbitrate(ArbitrationQuery),
     /// Put it to sleep.
     Sleep,
-    /// Draw its panel. The outcome is [`Outcome::Drawn`].
+    /// Draw its panel. The outcome is [`Returned::Drawn`].
     Draw,
     /// Deliver a gesture on its panel.
     Touch {
@@ -92,7 +92,7 @@ pub enum Function {
         /// The gesture.
         gesture: Gesture,
     },
-    /// Save its memory. The outcome is [`Outcome::Saved`].
+    /// Save its memory. The outcome is [`Returned::Saved`].
     Save,
     /// Restore saved memory.
     Restore {
@@ -233,12 +233,12 @@ pub struct Done {
     /// The first time that it obtained from the clock, ns.
     pub first_time: Option<u64>,
     /// What the function returned.
-    pub outcome: Outcome,
+    pub outcome: Returned,
 }
 
 /// What a function returns besides its status.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub enum Outcome {
+pub enum Returned {
     /// Nothing.
     #[default]
     Nothing,

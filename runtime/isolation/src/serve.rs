@@ -19,7 +19,7 @@ use super::authority::AuthorityFlag;
 use super::launch::{Launch, receive_files};
 use super::limits;
 use super::memory::IsolatedPort;
-use super::messages::{Bytes, Call, FromChild, Function, Outcome, ToChild};
+use super::messages::{Bytes, Call, FromChild, Function, Returned, ToChild};
 use super::table::{CallState, ChildSession, HOST, store_early};
 use super::wire::Wire;
 
@@ -78,11 +78,11 @@ pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>)
         Err(reason) => {
             session.notify(&FromChild::Fail(&reason));
             return session
-                .finish_call(raw::FAILED, Outcome::Nothing)
+                .finish_call(raw::FAILED, Returned::Nothing)
                 .map_err(ServeError::NoHost);
         }
     };
-    let started = Outcome::Started(limits::apply(launch.limits));
+    let started = Returned::Started(limits::apply(launch.limits));
     session
         .finish_call(raw::OK, started)
         .map_err(ServeError::NoHost)?;
@@ -170,7 +170,7 @@ fn run(session: &mut ChildSession, table: SchemaFunctions, launch: &Launch) {
                 limits::renew(launch.limits);
                 drop(instance);
                 // The host expects nothing after this reply.
-                drop(session.finish_call(raw::OK, Outcome::Nothing));
+                drop(session.finish_call(raw::OK, Returned::Nothing));
                 return;
             }
             ToChild::Reply(_) => return,
@@ -184,10 +184,10 @@ fn dispatch(
     launch: &Launch,
     instance: &mut Option<InProcessInstance>,
     function: Function,
-) -> (i32, Outcome) {
+) -> (i32, Returned) {
     let now = session.call.now();
     let context = session.context();
-    let status = |status| (status, Outcome::Nothing);
+    let status = |status| (status, Returned::Nothing);
     if let Function::Create = function {
         let own = launch.ports.len() - launch.listed.len();
         // SAFETY: the table was checked when it was loaded.
@@ -197,7 +197,7 @@ fn dispatch(
                 *instance = Some(created);
                 status(raw::OK)
             }
-            Err(reason) => (raw::FAILED, Outcome::Refused(reason.to_owned())),
+            Err(reason) => (raw::FAILED, Returned::Refused(reason.to_owned())),
         };
     }
     let Some(running) = instance else {
@@ -212,12 +212,12 @@ fn dispatch(
             if ready && matches!(function, Function::CheckAndIterate) {
                 done = running.iterate(session.context());
             }
-            (done, Outcome::Checked { ready, urgency })
+            (done, Returned::Checked { ready, urgency })
         }
         Function::Iterate => status(running.iterate(context)),
         Function::Arbitrate(query) => {
             let (done, verdict) = running.arbitrate(context, &query);
-            (done, Outcome::Arbitrated(verdict))
+            (done, Returned::Arbitrated(verdict))
         }
         Function::Sleep => {
             running.sleep(context);
@@ -225,12 +225,12 @@ fn dispatch(
         }
         Function::Draw => {
             let (done, list) = running.draw(context, now);
-            (done, Outcome::Drawn(Bytes(jde_panel::encode(&list))))
+            (done, Returned::Drawn(Bytes(jde_panel::encode(&list))))
         }
         Function::Touch { by, gesture } => status(running.touch(context, &by, &gesture)),
         Function::Save => {
             let (done, saved) = running.save(context);
-            (done, Outcome::Saved(saved.map(Bytes)))
+            (done, Returned::Saved(saved.map(Bytes)))
         }
         Function::Restore { version, memory } => {
             let saved = SavedMemory {

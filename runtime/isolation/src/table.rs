@@ -14,7 +14,7 @@ use jde_loader::instance::PluginContext;
 
 use super::authority::AuthorityFlag;
 use super::memory::IsolatedPort;
-use super::messages::{Call, Changes, Done, FromChild, Outcome, Reply, ToChild};
+use super::messages::{Call, Changes, Done, FromChild, Reply, Returned, ToChild};
 use super::timers::machine_time;
 use super::wire::Wire;
 
@@ -94,7 +94,7 @@ impl CallState {
 
 impl ChildSession {
     /// Ends the call.
-    pub(crate) fn finish_call(&mut self, status: i32, outcome: Outcome) -> std::io::Result<()> {
+    pub(crate) fn finish_call(&mut self, status: i32, outcome: Returned) -> std::io::Result<()> {
         self.ports.iter_mut().for_each(IsolatedPort::end_call);
         self.wire.send(&FromChild::Done(Done {
             status,

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 /// The number of elements of a field.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Shape {
+pub(crate) enum Multiplicity {
     One,
     Array(usize),
     Sequence(usize),
@@ -16,29 +16,29 @@ pub(crate) enum Shape {
 }
 
 /// Returns a type with these fields. Different types have different names.
-pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
+pub(crate) fn of_fields(fields: Vec<(FieldKind, Multiplicity)>) -> Type {
     let (mut at, mut alignment) = (0_usize, 1);
     let fields = fields.into_iter().enumerate().map(|(number, (kind, shape))| {
         let kind = match shape {
-            Shape::Text(_) => FieldKind::Scalar(Scalar::U8),
-            Shape::One | Shape::Array(_) | Shape::Sequence(_) => kind,
+            Multiplicity::Text(_) => FieldKind::Scalar(Scalar::U8),
+            Multiplicity::One | Multiplicity::Array(_) | Multiplicity::Sequence(_) => kind,
         };
         let align = match shape {
-            Shape::One | Shape::Array(_) => kind.align(),
-            Shape::Sequence(_) | Shape::Text(_) => kind.align().max(4),
+            Multiplicity::One | Multiplicity::Array(_) => kind.align(),
+            Multiplicity::Sequence(_) | Multiplicity::Text(_) => kind.align().max(4),
         };
         let start = at.next_multiple_of(align);
         let (form, head) = match shape {
-            Shape::One => (Form::One, 0),
-            Shape::Array(count) => (Form::Array(count), 0),
-            Shape::Sequence(capacity) => (
+            Multiplicity::One => (Form::One, 0),
+            Multiplicity::Array(count) => (Form::Array(count), 0),
+            Multiplicity::Sequence(capacity) => (
                 Form::Sequence {
                     capacity,
                     length_offset: start,
                 },
                 8,
             ),
-            Shape::Text(capacity) => (
+            Multiplicity::Text(capacity) => (
                 Form::Text {
                     capacity,
                     length_offset: start,
@@ -88,10 +88,10 @@ pub(crate) fn types() -> impl Strategy<Value = Type> {
     .prop_map(FieldKind::Scalar);
     let shape = || {
         prop_oneof![
-            Just(Shape::One),
-            (1..5usize).prop_map(Shape::Array),
-            (1..5usize).prop_map(Shape::Sequence),
-            (1..9usize).prop_map(Shape::Text)
+            Just(Multiplicity::One),
+            (1..5usize).prop_map(Multiplicity::Array),
+            (1..5usize).prop_map(Multiplicity::Sequence),
+            (1..9usize).prop_map(Multiplicity::Text)
         ]
     };
     let flat = prop::collection::vec((scalar.clone(), shape()), 0..5).prop_map(of_fields);

@@ -21,7 +21,7 @@ pub(crate) struct Goal {
 
 /// What the base does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Step {
+pub(crate) enum Manoeuvre {
     #[default]
     Approach,
     /// Straight back.
@@ -35,7 +35,7 @@ pub(crate) enum Step {
 /// The drive so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Course {
-    step: Step,
+    step: Manoeuvre,
     leaves: bool,
 }
 
@@ -61,10 +61,10 @@ const TURN_GAIN: f64 = 2.0;
 
 impl Course {
     /// Returns what to do at a pose.
-    pub(crate) fn step(&mut self, local: &Pose2D, goal: &Goal) -> Step {
+    pub(crate) fn step(&mut self, local: &Pose2D, goal: &Goal) -> Manoeuvre {
         if self.leaves != goal.leave {
             *self = Self {
-                step: Step::default(),
+                step: Manoeuvre::default(),
                 leaves: goal.leave,
             };
         }
@@ -77,16 +77,16 @@ impl Course {
     }
 
     /// Returns the speed ahead and the turn rate.
-    pub(crate) fn command(&self, step: Step, local: &Pose2D, goal: &Goal) -> [f64; 2] {
+    pub(crate) fn command(&self, step: Manoeuvre, local: &Pose2D, goal: &Goal) -> [f64; 2] {
         let rate = |error: f64, least: f64| {
             let rate = (TURN_GAIN * error.abs()).clamp(least, goal.turn.max(least));
             rate.copysign(error)
         };
         let heading = astray(local);
         match step {
-            Step::There => [0.0; 2],
-            Step::Turn => [0.0, rate(-heading, goal.least.1)],
-            Step::Approach => {
+            Manoeuvre::There => [0.0; 2],
+            Manoeuvre::Turn => [0.0, rate(-heading, goal.least.1)],
+            Manoeuvre::Approach => {
                 // Facing the mark, +y is to the right: the way to the line is a turn to the left for a positive y.
                 let wanted = steer(local.y);
                 let error = wanted - heading;
@@ -95,7 +95,7 @@ impl Course {
                 // It turns before it drives when it looks elsewhere.
                 [speed * (1.0 - error.abs() / MAX_ANGLE).max(0.0), rate(error, 0.0)]
             }
-            Step::Back => {
+            Manoeuvre::Back => {
                 let error = -steer(local.y) / 2.0 - heading;
                 [
                     -goal.speed * (1.0 - error.abs() / MAX_ANGLE).max(0.0),
@@ -111,48 +111,48 @@ fn steer(y: f64) -> f64 {
     (y / DECAY).atan().clamp(-MAX_ANGLE, MAX_ANGLE)
 }
 
-fn docking(step: Step, local: &Pose2D, goal: &Goal) -> Step {
+fn docking(step: Manoeuvre, local: &Pose2D, goal: &Goal) -> Manoeuvre {
     let left = local.x - goal.distance;
     let beside = local.y.abs() > LATERAL_TOLERANCE.0 + LATERAL_TOLERANCE.1 * left.max(0.0);
     match step {
-        Step::There
+        Manoeuvre::There
             if left.hypot(local.y) <= goal.margin
                 && astray(local).abs() <= HEADING_ERROR.max(2.0 * goal.heading) =>
         {
-            Step::There
+            Manoeuvre::There
         }
-        Step::Turn if astray(local).abs() <= goal.heading => Step::There,
-        Step::Turn => Step::Turn,
-        Step::Back
+        Manoeuvre::Turn if astray(local).abs() <= goal.heading => Manoeuvre::There,
+        Manoeuvre::Turn => Manoeuvre::Turn,
+        Manoeuvre::Back
             if left
                 < BACKUP_DISTANCE
                     .2
                     .min(BACKUP_DISTANCE.0 + BACKUP_DISTANCE.1 * local.y.abs()) =>
         {
-            Step::Back
+            Manoeuvre::Back
         }
-        Step::There | Step::Approach | Step::Back => {
+        Manoeuvre::There | Manoeuvre::Approach | Manoeuvre::Back => {
             let too_near = left < -goal.margin;
             if too_near || (beside && left < DECISION) {
-                Step::Back
+                Manoeuvre::Back
             } else if left <= POSITION_TOLERANCE {
-                Step::Turn
+                Manoeuvre::Turn
             } else {
-                Step::Approach
+                Manoeuvre::Approach
             }
         }
     }
 }
 
-fn leaving(step: Step, local: &Pose2D, goal: &Goal) -> Step {
-    let enough = if step == Step::There {
+fn leaving(step: Manoeuvre, local: &Pose2D, goal: &Goal) -> Manoeuvre {
+    let enough = if step == Manoeuvre::There {
         goal.off - goal.margin
     } else {
         goal.off
     };
     if local.x >= enough {
-        Step::There
+        Manoeuvre::There
     } else {
-        Step::Back
+        Manoeuvre::Back
     }
 }

@@ -4,7 +4,7 @@ use jde_route::Progress;
 use jde_schema::prelude::*;
 use jde_schema::types::normalize_angle;
 
-use crate::approach::{Goal, Step};
+use crate::approach::{Goal, Manoeuvre};
 use crate::astray;
 
 /// Least decrease of what is left that counts as nearer, m.
@@ -61,7 +61,7 @@ impl Effort {
     pub(crate) fn command(
         &mut self,
         now: Duration,
-        (step, local, pose): (Step, &Pose2D, &Pose2D),
+        (step, local, pose): (Manoeuvre, &Pose2D, &Pose2D),
         goal: &Goal,
         allowance: Duration,
     ) -> Option<&str> {
@@ -83,7 +83,7 @@ impl Effort {
         self.stands = None;
         let waited = stuck.waited.as_secs_f64();
         let words = match (stands, step) {
-            (true, Step::Turn) => {
+            (true, Manoeuvre::Turn) => {
                 format!("the base does not turn for {waited:.0} s: raise `min_turn`, or free it")
             }
             (true, _) => format!("the base does not move for {waited:.0} s: raise `min_speed`, or free it"),

@@ -11,7 +11,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::{Pose, PoseStamped, TagDetections, normalize_angle};
 use jde_vision::CameraMount;
 
-use approach::{Course, Step};
+use approach::{Course, Manoeuvre};
 use effort::Effort;
 pub use reflector::{Reflector, ReflectorStrips};
 use sighting::Sighting;
@@ -127,7 +127,7 @@ pub struct Dock {
     way: f64,
     /// What it does now, and where the base is in the frame of the mark: x away from the mark, y to the right of one who
     /// faces it, the heading 0 away from the mark.
-    step: Option<(Step, Pose2D)>,
+    step: Option<(Manoeuvre, Pose2D)>,
 }
 
 /// A mark as a sensor sees it.
@@ -156,11 +156,11 @@ impl Schema for Dock {
         self.look(cx, id);
         let local = self.local(cx);
         self.step = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
-        if self.step.is_some_and(|(step, _)| step == Step::There) {
+        if self.step.is_some_and(|(step, _)| step == Manoeuvre::There) {
             self.effort = Effort::default();
         }
         self.report(cx);
-        let drives = self.step.is_some_and(|(step, _)| step != Step::There);
+        let drives = self.step.is_some_and(|(step, _)| step != Manoeuvre::There);
         Ok((drives && self.failure(cx).is_none()).into())
     }
 
@@ -359,17 +359,19 @@ impl Dock {
         };
         let failure = self.failure(cx);
         let (state, note) = match self.step {
-            Some((step, _)) if step != Step::There && failure.is_some() => {
+            Some((step, _)) if step != Manoeuvre::There && failure.is_some() => {
                 (Mission::FAILED, failure.unwrap_or_default())
             }
             None if self.odometry(cx).is_none() => (Mission::RUNNING, "waiting for the odometry".into()),
             None if !self.sighting.is_known() => (Mission::RUNNING, self.waiting(cx)),
             None => (Mission::FAILED, self.waiting(cx)),
-            Some((Step::There, _)) if self.leave.get(cx).get() => (Mission::DONE, format!("off the {mark}")),
-            Some((Step::There, _)) => (Mission::DONE, "docked".into()),
-            Some((Step::Approach, _)) => (Mission::RUNNING, format!("driving to the {mark}")),
-            Some((Step::Back, _)) => (Mission::RUNNING, "driving back".into()),
-            Some((Step::Turn, _)) => (Mission::RUNNING, format!("turning toward the {mark}")),
+            Some((Manoeuvre::There, _)) if self.leave.get(cx).get() => {
+                (Mission::DONE, format!("off the {mark}"))
+            }
+            Some((Manoeuvre::There, _)) => (Mission::DONE, "docked".into()),
+            Some((Manoeuvre::Approach, _)) => (Mission::RUNNING, format!("driving to the {mark}")),
+            Some((Manoeuvre::Back, _)) => (Mission::RUNNING, "driving back".into()),
+            Some((Manoeuvre::Turn, _)) => (Mission::RUNNING, format!("turning toward the {mark}")),
         };
         let place = self.sighting.place(cx.now(), Duration::MAX);
         let target = place

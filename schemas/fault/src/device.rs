@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::request::{Call, Fault, RequestText, requested};
+use crate::request::{Call, FaultKind, RequestText, requested};
 use crate::trouble::cause;
 
 /// An axis that reaches the commanded speed at once, and misbehaves on request.
@@ -40,8 +40,8 @@ impl Schema for Device {
         self.iterations += 1;
         self.beats.write(cx, self.iterations);
         match self.misbehave(cx, Call::Iterate)? {
-            Some(Fault::Silence) => self.moves.retract(cx),
-            Some(Fault::Nan) => self.moves.write(cx, f64::NAN),
+            Some(FaultKind::Silence) => self.moves.retract(cx),
+            Some(FaultKind::Nan) => self.moves.write(cx, f64::NAN),
             _ => self.moves.write(cx, self.velocity.get(cx).linear.x),
         }
         Ok(())
@@ -56,7 +56,7 @@ impl Schema for Device {
 }
 
 impl Device {
-    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<Fault>> {
+    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<FaultKind>> {
         let (fault, requested_call): (RequestText, RequestText) = (self.trouble.get(cx), self.place.get(cx));
         let due = requested(&fault, &requested_call, call);
         if let Some(fault) = due {

@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::request::{Call, Fault, RequestText, requested};
+use crate::request::{Call, FaultKind, RequestText, requested};
 use crate::trouble::cause;
 
 /// Scans that one iteration publishes under "flood".
@@ -43,17 +43,17 @@ impl Schema for Eye {
         self.iterations += 1;
         self.beats.write(cx, self.iterations);
         let fault = self.misbehave(cx, Call::Iterate)?;
-        if fault == Some(Fault::Silence) {
+        if fault == Some(FaultKind::Silence) {
             return Ok(());
         }
         let Some(input) = self.input.get(cx) else {
             self.laser.retract(cx);
             return Ok(());
         };
-        for _ in 0..if fault == Some(Fault::Flood) { FLOOD } else { 1 } {
+        for _ in 0..if fault == Some(FaultKind::Flood) { FLOOD } else { 1 } {
             let mut laser = self.laser.loan(cx);
             *laser = *input;
-            if fault == Some(Fault::Nan) {
+            if fault == Some(FaultKind::Nan) {
                 laser.range_max = f32::NAN;
                 laser.ranges.resize(0);
             }
@@ -70,7 +70,7 @@ impl Schema for Eye {
 }
 
 impl Eye {
-    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<Fault>> {
+    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<FaultKind>> {
         let (fault, requested_call): (RequestText, RequestText) = (self.trouble.get(cx), self.place.get(cx));
         let due = requested(&fault, &requested_call, call);
         if let Some(fault) = due {

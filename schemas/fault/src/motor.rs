@@ -3,7 +3,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::request::{Call, Fault, RequestText, requested};
+use crate::request::{Call, FaultKind, RequestText, requested};
 use crate::trouble::cause;
 
 /// Times that one iteration repeats its command, export and message under "flood".
@@ -84,7 +84,7 @@ pub struct Motor {
     checks: u64,
     faults: u64,
     /// The fault to cause when the instance is dropped, as requested at the last check.
-    end: Option<Fault>,
+    end: Option<FaultKind>,
 }
 
 impl Schema for Motor {
@@ -97,12 +97,12 @@ impl Schema for Motor {
         self.beats.write(cx, self.checks);
         self.end = self.due(cx, Call::End);
         let fault = self.misbehave(cx, Call::Check)?;
-        if fault == Some(Fault::Trespass) {
+        if fault == Some(FaultKind::Trespass) {
             self.base.command(cx, Twist::planar(UNAUTHORIZED_SPEED, 0.0));
             self.wake_all(cx);
         }
         let ready = match fault {
-            Some(Fault::Chatter) => self.checks.is_multiple_of(2),
+            Some(FaultKind::Chatter) => self.checks.is_multiple_of(2),
             _ => self.is_in_ready_phase(cx) && (!self.needs.is_bound(cx) || self.needs.get(cx).is_some()),
         };
         Ok(Precondition::from(ready).urgency(self.urge.get(cx)))
@@ -110,7 +110,7 @@ impl Schema for Motor {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let fault = self.misbehave(cx, Call::Iterate)?;
-        if fault == Some(Fault::Meddle) {
+        if fault == Some(FaultKind::Meddle) {
             self.meddle(cx);
         } else {
             self.wake_all(cx);
@@ -118,14 +118,14 @@ impl Schema for Motor {
         self.target_of_a.set(cx, self.target.get(cx));
         let command = Twist::planar(self.speed.get(cx), self.turn.get(cx));
         let twist = match fault {
-            Some(Fault::Silence) => return Ok(()),
-            Some(Fault::Nan) => Twist::planar(f64::NAN, 0.0),
-            Some(Fault::Infinity) => Twist::planar(0.0, f64::INFINITY),
-            Some(Fault::Beyond) => Twist::planar(EXCESSIVE_SPEED, -EXCESSIVE_SPEED),
-            Some(Fault::Reckless) => self.reckless(cx, &command),
+            Some(FaultKind::Silence) => return Ok(()),
+            Some(FaultKind::Nan) => Twist::planar(f64::NAN, 0.0),
+            Some(FaultKind::Infinity) => Twist::planar(0.0, f64::INFINITY),
+            Some(FaultKind::Beyond) => Twist::planar(EXCESSIVE_SPEED, -EXCESSIVE_SPEED),
+            Some(FaultKind::Reckless) => self.reckless(cx, &command),
             _ => command,
         };
-        if fault == Some(Fault::Flood) {
+        if fault == Some(FaultKind::Flood) {
             for _ in 0..FLOOD {
                 self.base.command(cx, command);
                 self.beats.write(cx, self.checks);
@@ -188,7 +188,7 @@ impl Drop for Motor {
 
 impl Motor {
     /// Causes the fault that is due in this call, and returns it.
-    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<Fault>> {
+    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<FaultKind>> {
         let due = self.due(cx, call);
         if let Some(fault) = due {
             self.faults += 1;
@@ -198,7 +198,7 @@ impl Motor {
         Ok(due)
     }
 
-    fn due(&self, cx: &Context, call: Call) -> Option<Fault> {
+    fn due(&self, cx: &Context, call: Call) -> Option<FaultKind> {
         let (fault, requested_call): (RequestText, RequestText) = (self.trouble.get(cx), self.place.get(cx));
         requested(&fault, &requested_call, call)
     }

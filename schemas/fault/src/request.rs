@@ -23,7 +23,7 @@ pub(crate) enum Call {
 
 /// The fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fault {
+pub(crate) enum FaultKind {
     Panic,
     Error,
     /// The call never returns.
@@ -72,33 +72,33 @@ const CALLS: [(&str, Call); 8] = [
     ("end", Call::End),
 ];
 
-const FAULTS: [(&str, Fault); 22] = [
-    ("panic", Fault::Panic),
-    ("error", Fault::Error),
-    ("hang", Fault::Hang),
-    ("dawdle", Fault::Dawdle),
-    ("slow", Fault::Slow),
-    ("segfault", Fault::Segfault),
-    ("abort", Fault::Abort),
-    ("exit", Fault::Exit),
-    ("overflow", Fault::Overflow),
-    ("eat", Fault::Eat),
-    ("fork", Fault::Fork),
-    ("leave", Fault::Leave),
-    ("double", Fault::Double),
-    ("silence", Fault::Silence),
-    ("nan", Fault::Nan),
-    ("infinity", Fault::Infinity),
-    ("beyond", Fault::Beyond),
-    ("reckless", Fault::Reckless),
-    ("flood", Fault::Flood),
-    ("trespass", Fault::Trespass),
-    ("chatter", Fault::Chatter),
-    ("meddle", Fault::Meddle),
+const FAULTS: [(&str, FaultKind); 22] = [
+    ("panic", FaultKind::Panic),
+    ("error", FaultKind::Error),
+    ("hang", FaultKind::Hang),
+    ("dawdle", FaultKind::Dawdle),
+    ("slow", FaultKind::Slow),
+    ("segfault", FaultKind::Segfault),
+    ("abort", FaultKind::Abort),
+    ("exit", FaultKind::Exit),
+    ("overflow", FaultKind::Overflow),
+    ("eat", FaultKind::Eat),
+    ("fork", FaultKind::Fork),
+    ("leave", FaultKind::Leave),
+    ("double", FaultKind::Double),
+    ("silence", FaultKind::Silence),
+    ("nan", FaultKind::Nan),
+    ("infinity", FaultKind::Infinity),
+    ("beyond", FaultKind::Beyond),
+    ("reckless", FaultKind::Reckless),
+    ("flood", FaultKind::Flood),
+    ("trespass", FaultKind::Trespass),
+    ("chatter", FaultKind::Chatter),
+    ("meddle", FaultKind::Meddle),
 ];
 
 /// The fault that `current` must cause, or `None`.
-pub(crate) fn requested(fault: &RequestText, call: &RequestText, current: Call) -> Option<Fault> {
+pub(crate) fn requested(fault: &RequestText, call: &RequestText, current: Call) -> Option<FaultKind> {
     lookup(&CALLS, call).filter(|call| *call == current)?;
     lookup(&FAULTS, fault)
 }

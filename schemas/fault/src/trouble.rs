@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use jde_schema::prelude::*;
 
-use crate::request::Fault;
+use crate::request::FaultKind;
 
 /// Longer than any schema of a campaign may take before it counts as hung.
 const DAWDLE_TIME: Duration = Duration::from_millis(900);
@@ -19,40 +19,40 @@ const SLOW_TIME: Duration = Duration::from_millis(35);
 /// Causes the fault, if it is one that any call can cause. Does nothing for the others.
 ///
 /// # Errors
-/// If `fault` is [`Fault::Error`].
-pub(crate) fn cause(fault: Fault) -> Result {
+/// If `fault` is [`FaultKind::Error`].
+pub(crate) fn cause(fault: FaultKind) -> Result {
     match fault {
-        Fault::Panic => panic!("requested fault"),
-        Fault::Error => Err("requested fault".into()),
-        Fault::Hang => loop {
+        FaultKind::Panic => panic!("requested fault"),
+        FaultKind::Error => Err("requested fault".into()),
+        FaultKind::Hang => loop {
             std::thread::park();
         },
-        Fault::Dawdle => {
+        FaultKind::Dawdle => {
             std::thread::sleep(DAWDLE_TIME);
             Ok(())
         }
-        Fault::Slow => {
+        FaultKind::Slow => {
             std::thread::sleep(SLOW_TIME);
             Ok(())
         }
-        Fault::Segfault => {
+        FaultKind::Segfault => {
             // SAFETY: deliberately unsound. No page is mapped at address 8, so the write ends this process.
             unsafe { black_box(std::ptr::without_provenance_mut::<u64>(8)).write_volatile(1) };
             Ok(())
         }
-        Fault::Abort => std::process::abort(),
-        Fault::Exit => std::process::exit(3),
-        Fault::Overflow => {
+        FaultKind::Abort => std::process::abort(),
+        FaultKind::Exit => std::process::exit(3),
+        FaultKind::Overflow => {
             black_box(overflow_stack(black_box(1)));
             Ok(())
         }
-        Fault::Eat => {
+        FaultKind::Eat => {
             let mut allocated = Vec::new();
             loop {
                 allocated.push(black_box(vec![1_u8; 1 << 20]));
             }
         }
-        Fault::Fork => {
+        FaultKind::Fork => {
             // SAFETY: the child calls nothing but `pause`, which a signal handler may call, too.
             if unsafe { libc::fork() } != 0 {
                 std::process::abort();
@@ -62,22 +62,22 @@ pub(crate) fn cause(fault: Fault) -> Result {
                 unsafe { libc::pause() };
             }
         }
-        Fault::Leave | Fault::Double => {
+        FaultKind::Leave | FaultKind::Double => {
             // SAFETY: the child calls nothing, and returns to its host, which must end it.
-            if unsafe { libc::fork() } != 0 && matches!(fault, Fault::Leave) {
+            if unsafe { libc::fork() } != 0 && matches!(fault, FaultKind::Leave) {
                 std::process::abort();
             }
             Ok(())
         }
-        Fault::Silence
-        | Fault::Nan
-        | Fault::Infinity
-        | Fault::Beyond
-        | Fault::Reckless
-        | Fault::Flood
-        | Fault::Trespass
-        | Fault::Chatter
-        | Fault::Meddle => Ok(()),
+        FaultKind::Silence
+        | FaultKind::Nan
+        | FaultKind::Infinity
+        | FaultKind::Beyond
+        | FaultKind::Reckless
+        | FaultKind::Flood
+        | FaultKind::Trespass
+        | FaultKind::Chatter
+        | FaultKind::Meddle => Ok(()),
     }
 }
 

@@ -106,7 +106,7 @@ enum Work {
 }
 
 /// What an action wants.
-enum Step {
+enum Demand {
     /// This command.
     Go(Twist),
     /// Its end; whether it did anything.
@@ -212,12 +212,12 @@ impl Recover {
             Work::Turn { .. } => (Action::Turn, self.turn(cx, &pose)),
             Work::Clear => {
                 self.clear.write(cx, Point2D { x: pose.x, y: pose.y });
-                (Action::Clear, Step::End(true))
+                (Action::Clear, Demand::End(true))
             }
         };
         match step {
-            Step::Go(twist) => twist,
-            Step::End(possible) => {
+            Demand::Go(twist) => twist,
+            Demand::End(possible) => {
                 let terms = self.terms(cx);
                 if let Some(attempt) = &mut self.attempt {
                     attempt.end(action, possible, &pose, cx.now(), &terms);
@@ -228,11 +228,11 @@ impl Recover {
         }
     }
 
-    fn back(&mut self, cx: &Context, from: &Pose2D, pose: &Pose2D) -> Step {
+    fn back(&mut self, cx: &Context, from: &Pose2D, pose: &Pose2D) -> Demand {
         let driven = from.distance_to(pose);
         let (radius, enough) = (self.radius.get(cx), self.backup_dist.get(cx));
         if driven >= self.back_most.get(cx) || (driven >= enough && self.has_room(cx)) {
-            return Step::End(true);
+            return Demand::End(true);
         }
         let along = self.trail.retrace(pose).and_then(|point| curvature(&point));
         let curves = [along, Some(0.0)].into_iter().flatten();
@@ -244,14 +244,14 @@ impl Recover {
             for factor in SPEED_FACTORS {
                 let twist = Twist::planar(factor * speed, factor * speed * curve);
                 if self.permits(cx, &twist) {
-                    return Step::Go(twist);
+                    return Demand::Go(twist);
                 }
             }
         }
         self.stand(cx, driven > MIN_MOTION.0)
     }
 
-    fn turn(&mut self, cx: &Context, pose: &Pose2D) -> Step {
+    fn turn(&mut self, cx: &Context, pose: &Pose2D) -> Demand {
         let Some(Work::Turn {
             side,
             switched,
@@ -259,17 +259,17 @@ impl Recover {
             heading,
         }) = &mut self.work
         else {
-            return Step::End(false);
+            return Demand::End(false);
         };
         *turned += normalize_angle(pose.theta - *heading).abs();
         *heading = pose.theta;
         let (turned, to, can_switch) = (*turned, *side, !*switched);
         if self.radius.get(cx) > 0.0 || turned >= self.spin_dist.get(cx) {
-            return Step::End(turned > MIN_MOTION.1);
+            return Demand::End(turned > MIN_MOTION.1);
         }
         let twist = Twist::planar(0.0, to * self.max_rotational_vel.get(cx));
         if self.permits(cx, &twist) {
-            return Step::Go(twist);
+            return Demand::Go(twist);
         }
         if can_switch && self.is_still(cx) {
             self.work = Some(Work::Turn {
@@ -278,18 +278,18 @@ impl Recover {
                 turned,
                 heading: pose.theta,
             });
-            return Step::Go(Twist::ZERO);
+            return Demand::Go(Twist::ZERO);
         }
         self.stand(cx, turned > MIN_MOTION.1)
     }
 
     /// Waits until the base stands still, because a command that is refused while it moves may be permitted
     /// then; and then ends the action.
-    fn stand(&self, cx: &Context, possible: bool) -> Step {
+    fn stand(&self, cx: &Context, possible: bool) -> Demand {
         if self.is_still(cx) {
-            Step::End(possible)
+            Demand::End(possible)
         } else {
-            Step::Go(Twist::ZERO)
+            Demand::Go(Twist::ZERO)
         }
     }
 

@@ -16,7 +16,7 @@ const DIVISOR: f64 = 20.0;
 
 /// The weights of the field.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Field {
+pub(crate) struct FieldWeights {
     /// Weight of the target's pull.
     pub(crate) attraction: f64,
     /// Weight of the obstacles' push.
@@ -43,7 +43,7 @@ impl Forces {
     }
 }
 
-impl Field {
+impl FieldWeights {
     /// Returns pull and push in the robot's frame, for a target in that frame.
     pub(crate) fn forces(&self, target: &Pose2D, laser: &LaserScan) -> Forces {
         let distance = target.x.hypot(target.y);

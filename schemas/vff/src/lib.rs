@@ -7,7 +7,7 @@ mod panel;
 
 use jde_schema::prelude::*;
 
-use force::{Field, Forces};
+use force::{FieldWeights, Forces};
 
 /// Drives the base around an obstacle in the area ahead while approaching the target.
 ///
@@ -121,7 +121,7 @@ impl Vff {
     }
 
     fn forces(&self, cx: &Context) -> Option<Forces> {
-        let field = Field {
+        let field = FieldWeights {
             attraction: self.attraction.get(cx),
             repulsion: self.repulsion.get(cx),
             cap: self.cap.get(cx),

@@ -12,7 +12,7 @@ const TURN: f64 = 50.0 / 180.0 * PI;
 const VEER: f64 = 20.0 / 180.0 * PI;
 
 /// The field of 2007.
-const FIELD: Field = Field {
+const FIELD: FieldWeights = FieldWeights {
     attraction: 0.7,
     repulsion: 0.3,
     cap: 1.0,
@@ -127,7 +127,7 @@ fn a_scanner_mounted_upside_down_gives_the_same_repulsion() {
 
 #[test]
 fn reach_scales_the_distances_of_the_table() {
-    let field = Field { reach: 0.4, ..FIELD };
+    let field = FieldWeights { reach: 0.4, ..FIELD };
     let push = |range| field.forces(&Pose2D::ORIGIN, &scan(1, &[(0, range)])).sum().0;
     assert!((push(0.39) + 0.3 * 1.0 / 20.0).abs() < 1e-6);
     assert!((push(1.19) + 0.3 * 0.2 / 20.0).abs() < 1e-6);

@@ -14,7 +14,7 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
 fn check_file(file: &File) -> Vec<Violation> {
     let texts: Vec<String> = if file.has_extension(&["rs"]) {
         // Tests may contain such paths.
-        let text = |line: &super::rust::Line| format!("{}\n{}", line.literal, line.comment);
+        let text = |line: &super::rust::SourceLine| format!("{}\n{}", line.literal, line.comment);
         file.lines
             .iter()
             .map(|line| if line.test { String::new() } else { text(line) })

@@ -3,7 +3,7 @@
 
 /// One line of a Rust file.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
-pub(crate) struct Line {
+pub(crate) struct SourceLine {
     /// The code, without comments and with empty string literals.
     pub(crate) code: String,
     /// The text of comments and doc comments, with their slashes.
@@ -15,7 +15,7 @@ pub(crate) struct Line {
 }
 
 /// Splits a file into lines.
-pub(crate) fn scan(text: &str) -> Vec<Line> {
+pub(crate) fn scan(text: &str) -> Vec<SourceLine> {
     let mut lines = split(text);
     mark_tests(&mut lines);
     lines
@@ -30,10 +30,10 @@ enum LexState {
     RawText { hashes: usize },
 }
 
-fn split(text: &str) -> Vec<Line> {
+fn split(text: &str) -> Vec<SourceLine> {
     let chars: Vec<char> = text.chars().collect();
     let mut lines = Vec::new();
-    let mut line = Line::default();
+    let mut line = SourceLine::default();
     let mut within = LexState::Code;
     let mut at = 0;
     while at < chars.len() {
@@ -155,7 +155,7 @@ fn count_hashes(chars: &[char], from: usize) -> usize {
 }
 
 /// Marks the lines from each `#[cfg(test)]` or `#[cfg(all(test, ...))]` to the end of its item.
-fn mark_tests(lines: &mut [Line]) {
+fn mark_tests(lines: &mut [SourceLine]) {
     let mut inside = false;
     let mut depth = 0usize;
     for line in lines {
@@ -191,7 +191,7 @@ fn mark_tests(lines: &mut [Line]) {
 mod tests {
     use super::*;
 
-    fn only(text: &str) -> Line {
+    fn only(text: &str) -> SourceLine {
         let lines = scan(text);
         assert_eq!(lines.len(), 1, "{lines:?}");
         lines.into_iter().next().unwrap()

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 
-use super::rust::{self, Line};
+use super::rust::{self, SourceLine};
 use crate::metadata::folder;
 
 /// A violation of one check.
@@ -28,7 +28,7 @@ pub(crate) struct File {
     pub(crate) path: String,
     pub(crate) text: String,
     /// The lines of a Rust file, split into code, comments and literals; empty for other files.
-    pub(crate) lines: Vec<Line>,
+    pub(crate) lines: Vec<SourceLine>,
 }
 
 /// All files that a check may read.
@@ -86,7 +86,7 @@ impl File {
     }
 
     /// Returns the lines of a Rust file with their numbers, from 1.
-    pub(crate) fn numbered(&self) -> impl Iterator<Item = (usize, &Line)> {
+    pub(crate) fn numbered(&self) -> impl Iterator<Item = (usize, &SourceLine)> {
         self.lines
             .iter()
             .enumerate()

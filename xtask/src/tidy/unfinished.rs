@@ -1,6 +1,6 @@
 //! No unfinished work: no placeholder code, no notes of work undone, no silenced dead code.
 
-use super::rust::Line;
+use super::rust::SourceLine;
 use super::tree::{File, Tree, Violation};
 
 /// Placeholder code, and what to do instead.
@@ -69,7 +69,7 @@ fn check_file(file: &File) -> Vec<Violation> {
 
 /// Returns whether a line silences dead code without permission. A reason permits it in test code, for files
 /// that several tests share, and in builds without a feature, for modules that both builds share.
-fn silences(line: &Line) -> bool {
+fn silences(line: &SourceLine) -> bool {
     let named = has_word(&line.code, "allow") && has_word(&line.code, "dead_code");
     // rustfmt puts the second argument of a long `cfg_attr` on a line of its own.
     let partial = line.code.contains("cfg_attr(") || line.code.trim_start().starts_with("allow(");

@@ -87,8 +87,9 @@ fn check_file(file: &File) -> Option<Violation> {
     {
         return None;
     }
-    let is_unsafe =
-        |line: &super::rust::Line| has_word(&line.code, "unsafe") || has_word(&line.code, "unsafe_code");
+    let is_unsafe = |line: &super::rust::SourceLine| {
+        has_word(&line.code, "unsafe") || has_word(&line.code, "unsafe_code")
+    };
     let uses = file.numbered().filter(|(_, line)| is_unsafe(line)).count();
     let (first, _) = file.numbered().find(|(_, line)| is_unsafe(line))?;
     Some(Violation::new(

@@ -17,7 +17,8 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
     let within = format!("{folder}/");
     let used = |name: &str| {
         // Comments count, since examples in doc comments are compiled too.
-        let in_line = |line: &super::rust::Line| has_word(&line.code, name) || has_word(&line.comment, name);
+        let in_line =
+            |line: &super::rust::SourceLine| has_word(&line.code, name) || has_word(&line.comment, name);
         tree.rust()
             .filter(|file| file.path.starts_with(&within))
             .any(|file| file.lines.iter().any(in_line))

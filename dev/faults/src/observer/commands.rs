@@ -13,7 +13,7 @@ use parking_lot::Mutex;
 
 use super::history::AuthorityStatus;
 use super::{ObserverState, Tamper};
-use crate::case::Clock;
+use crate::case::RunMode;
 
 /// Longest time until a group's brake is visible under load, ns: a patience and scheduling delays.
 const SLACK: Nanos = 250_000_000;
@@ -147,7 +147,7 @@ impl Commands {
                 }
             };
             let since = *port.orphan.get_or_insert(now);
-            if state.clock == Clock::Lockstep || now.saturating_sub(since) > SLACK {
+            if state.clock == RunMode::Lockstep || now.saturating_sub(since) > SLACK {
                 let writer = state.name(newest.writer).to_owned();
                 state.report(format!(
                     "{reason}, and a command of `{writer}` to `{name}` is in force, at {:.6} s",

@@ -20,7 +20,7 @@ use jde_records::event::{Event, Occurrence, What};
 use jde_records::turn::{Call, OnTurn, Turn, TurnKind};
 use parking_lot::Mutex;
 
-use crate::case::Clock;
+use crate::case::RunMode;
 use commands::Commands;
 use history::History;
 use motion::Motion;
@@ -43,7 +43,7 @@ pub const ABANDONED_AT_END: &str = "left at the end";
 
 /// The observer's state, shared by all its callbacks.
 pub(crate) struct ObserverState {
-    pub(crate) clock: Clock,
+    pub(crate) clock: RunMode,
     pub(crate) tamper: Option<Tamper>,
     pub(crate) names: Table<SchemaId, String>,
     pub(crate) history: History,
@@ -78,7 +78,7 @@ pub struct Observer {
 impl Observer {
     /// An observer for an application that has not started.
     #[must_use]
-    pub fn new(clock: Clock, tamper: Option<Tamper>) -> Self {
+    pub fn new(clock: RunMode, tamper: Option<Tamper>) -> Self {
         let state = ObserverState {
             clock,
             tamper,
@@ -175,7 +175,7 @@ impl Observer {
         self.commands.lock().judge(&mut state, now);
         self.motion.judge(&mut state, &self.commands.lock(), handle, now);
         state.judge_rhythm(now);
-        if state.clock == Clock::Lockstep {
+        if state.clock == RunMode::Lockstep {
             state.judge_values(handle, now);
         }
     }

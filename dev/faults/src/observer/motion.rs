@@ -9,7 +9,7 @@ use jde_types::{Truth, Value};
 
 use super::commands::Commands;
 use super::{ObserverState, Tamper};
-use crate::case::Clock;
+use crate::case::RunMode;
 
 /// Deceleration of the simulator's P3-DX, m/s² (`jde describe sim`).
 const BRAKE: f64 = 0.3;
@@ -50,7 +50,11 @@ impl Motion {
         handle: &Handle,
         now: Nanos,
     ) {
-        let slack = if state.clock == Clock::Lockstep { 0 } else { SLACK };
+        let slack = if state.clock == RunMode::Lockstep {
+            0
+        } else {
+            SLACK
+        };
         let last = self.last.entry("pioneer").or_default();
         let driven = commands.is_driven("pioneer", now);
         if driven {

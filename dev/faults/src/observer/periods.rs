@@ -11,7 +11,7 @@ use jde_host::Handle;
 use parking_lot::Mutex;
 
 use super::{ObserverState, Tamper};
-use crate::case::Clock;
+use crate::case::RunMode;
 
 /// With fewer turns than this a bystander is not judged.
 const MIN_TURNS: u64 = 40;
@@ -30,7 +30,7 @@ const MAX_SINGLE_TURNS: f64 = 3.0;
 
 /// The expected turns of all schemas.
 pub(crate) struct PeriodMonitor {
-    clock: Clock,
+    clock: RunMode,
     schemas: Table<SchemaId, TurnRecord>,
 }
 
@@ -61,7 +61,7 @@ struct TurnRecord {
 }
 
 impl PeriodMonitor {
-    pub(super) fn new(clock: Clock) -> Self {
+    pub(super) fn new(clock: RunMode) -> Self {
         Self {
             clock,
             schemas: Table::default(),
@@ -164,7 +164,7 @@ impl TurnRecord {
 
 impl ObserverState {
     pub(super) fn changed(&mut self, time: Nanos, schema: SchemaId, from: State, to: State) {
-        let lockstep = self.rhythm.clock == Clock::Lockstep;
+        let lockstep = self.rhythm.clock == RunMode::Lockstep;
         if to == State::Slept && lockstep {
             self.expect_turns(schema, time);
         }
@@ -206,7 +206,7 @@ impl ObserverState {
             || !record.victim && record.expected > MIN_TURNS && self.tamper == Some(Tamper::Turn);
         match (clock, &mut record.awake) {
             (_, None) => {}
-            (Clock::Lockstep, Some(due)) if time == *due => {
+            (RunMode::Lockstep, Some(due)) if time == *due => {
                 record.last = Some(time);
                 if hides_turn() {
                     self.tamper = None;
@@ -216,18 +216,18 @@ impl ObserverState {
                 record.taken += 1;
                 record.expected += 1;
             }
-            (Clock::Lockstep, Some(due)) => {
+            (RunMode::Lockstep, Some(due)) => {
                 record.last = Some(time);
                 if time > *due {
                     self.expect_turns(schema, time);
                 }
             }
-            (Clock::RealTime | Clock::Outside, Some(_)) => record.took_turn(time),
+            (RunMode::RealTime | RunMode::Outside, Some(_)) => record.took_turn(time),
         }
     }
 
     pub(super) fn judge_rhythm(&mut self, now: Nanos) {
-        let lockstep = self.rhythm.clock == Clock::Lockstep;
+        let lockstep = self.rhythm.clock == RunMode::Lockstep;
         for schema in self.rhythm.schemas.ids() {
             if lockstep {
                 self.expect_turns(schema, now);
@@ -267,7 +267,7 @@ impl ObserverState {
     }
 
     pub(super) fn conclude_rhythm(&mut self, bare: f64) {
-        if self.rhythm.clock == Clock::Lockstep {
+        if self.rhythm.clock == RunMode::Lockstep {
             return;
         }
         let shares = self.rhythm.turn_shares();

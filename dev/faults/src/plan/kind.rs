@@ -1,6 +1,6 @@
 //! The kinds of faults: their names, where each can be injected, and into which schemas.
 
-use crate::case::Clock;
+use crate::case::RunMode;
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
@@ -164,11 +164,11 @@ impl Kind {
 
     /// Whether it can be injected there.
     #[must_use]
-    pub fn fits(self, clock: Clock) -> bool {
+    pub fn fits(self, clock: RunMode) -> bool {
         match self.spec().0 {
-            Scope::Schema => clock != Clock::Outside,
-            Scope::RealTime => clock == Clock::RealTime,
-            Scope::Process => clock == Clock::Outside,
+            Scope::Schema => clock != RunMode::Outside,
+            Scope::RealTime => clock == RunMode::RealTime,
+            Scope::Process => clock == RunMode::Outside,
         }
     }
 

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use jde_core::Nanos;
 use jde_host::SensorFault;
 
-use crate::case::{Case, Clock};
+use crate::case::{Case, RunMode};
 use crate::rng::Rng;
 pub use kind::{Kind, TargetKind};
 
@@ -21,7 +21,7 @@ const MAX_HANGS: usize = 1;
 
 /// A fault.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct PlannedFault {
     /// Its time, in the application's clock.
     pub at: Nanos,
     /// Its duration, ns.
@@ -115,7 +115,7 @@ pub enum Operation {
     StopAll,
 }
 
-impl Fault {
+impl PlannedFault {
     /// The time when the fault ends.
     #[must_use]
     pub fn ends(&self) -> Nanos {
@@ -145,7 +145,7 @@ impl Fault {
 
 /// Returns the faults of a case in order of time: at most `max_faults`, only of these kinds.
 #[must_use]
-pub fn plan(seed: u64, case: Case, kinds: &[Kind], max_faults: u64) -> Vec<Fault> {
+pub fn plan(seed: u64, case: Case, kinds: &[Kind], max_faults: u64) -> Vec<PlannedFault> {
     let mut rng = Rng::new(seed, &format!("plan {case}"));
     let possible: Vec<Kind> = kinds
         .iter()
@@ -173,7 +173,7 @@ pub fn plan(seed: u64, case: Case, kinds: &[Kind], max_faults: u64) -> Vec<Fault
     faults
 }
 
-fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
+fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> PlannedFault {
     let target = rng.pick(kind.targets());
     let mut duration = rng.between(20, 300) * MS;
     let act = match kind {
@@ -199,7 +199,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
         },
         Kind::Reload => {
             let mut troubles = vec!["panic", "error", "none"];
-            if case.clock == Clock::RealTime {
+            if case.clock == RunMode::RealTime {
                 troubles.push("dawdle");
             }
             Act::Reload {
@@ -230,7 +230,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
             }
         }
     };
-    Fault {
+    PlannedFault {
         at,
         duration,
         kind,

@@ -19,10 +19,10 @@ use anyhow::{Context as _, Result, bail};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::campaign::Campaign;
-use crate::case::{Case, Clock, name};
-use crate::plan::{Act, Fault, Kind, TargetKind};
+use crate::case::{Case, RunMode, name};
+use crate::plan::{Act, Kind, PlannedFault, TargetKind};
 use crate::rng::Rng;
-use crate::run::{Injected, Leftovers, Report, is_machine_loaded, wait_within};
+use crate::run::{CaseResult, Injected, Leftovers, is_machine_loaded, wait_within};
 use host::{Environment, HostProcess};
 use proxy::TcpProxy;
 use robot::RobotServer;
@@ -56,8 +56,8 @@ const END_TIMEOUT: Duration = Duration::from_secs(15);
 ///
 /// # Errors
 /// The case could not run, which is no verdict.
-pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<Report> {
-    let kinds = campaign.kinds.iter().filter(|kind| kind.fits(Clock::Outside));
+pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<CaseResult> {
+    let kinds = campaign.kinds.iter().filter(|kind| kind.fits(RunMode::Outside));
     let kinds: Vec<Kind> = kinds.copied().collect();
     // The kinds follow each other in order, so that a short campaign includes all of them.
     let kind = kinds[case.number as usize % kinds.len()];
@@ -143,7 +143,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
     }
     end(&mut host, kind, &mut violations);
     violations.extend(robot.stop());
-    let fault = Fault {
+    let fault = PlannedFault {
         at: at.as_nanos().try_into().unwrap_or(u64::MAX),
         duration: 0,
         kind,
@@ -156,7 +156,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             place: "its process",
         },
     };
-    Ok(Report {
+    Ok(CaseResult {
         case,
         faults: vec![Injected {
             fault,

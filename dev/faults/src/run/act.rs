@@ -17,7 +17,7 @@ use rustix::process::{Pid, Signal as Posix, kill_process};
 
 use crate::application::TestApplication;
 use crate::observer::Tamper;
-use crate::plan::{Act, Fault, Meanwhile, Operation, Signal};
+use crate::plan::{Act, Meanwhile, Operation, PlannedFault, Signal};
 
 /// The operator's name.
 const OPERATOR_NAME: &str = "faults";
@@ -123,7 +123,11 @@ impl Drop for CompetingThreads {
 
 /// Selects the schema for a fault: usually one that is about to make the call in question. A driver without an
 /// iteration is not selected: its failure would end the application.
-pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Handle) -> Option<SchemaId> {
+pub(super) fn victim(
+    fault: &PlannedFault,
+    application: &TestApplication,
+    handle: &Handle,
+) -> Option<SchemaId> {
     let snapshot = handle.snapshot();
     let names = application.victims(fault.target, fault.kind.needs_process());
     let suitable: Vec<SchemaId> = names
@@ -166,7 +170,7 @@ pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Hand
 }
 
 pub(super) fn begin(
-    fault: &Fault,
+    fault: &PlannedFault,
     schema: SchemaId,
     handle: &Handle,
     builds: &[LoadedPlugin],
@@ -227,7 +231,7 @@ pub(super) fn begin(
 }
 
 /// Ends the fault; returns whether it is known to have taken effect.
-pub(super) fn end(fault: &Fault, handle: &Handle, active: &mut ActiveFault) -> bool {
+pub(super) fn end(fault: &PlannedFault, handle: &Handle, active: &mut ActiveFault) -> bool {
     let schema = active.schema;
     let operator = handle.operator(OPERATOR_NAME);
     match &fault.act {

@@ -16,9 +16,9 @@ use jde_isolation::Program;
 use jde_loader::{LoadedPlugin, Plugins};
 
 use crate::application::{self, TestApplication};
-use crate::case::{Case, Clock};
+use crate::case::{Case, RunMode};
 use crate::observer::{ABANDONED_AT_END, CALL_ABANDONED, CALL_RETURNED, Observer, Symptom, Tamper};
-use crate::plan::{Act, Fault, Kind};
+use crate::plan::{Act, Kind, PlannedFault};
 use baseline::BaselineThread;
 pub(crate) use baseline::is_machine_loaded;
 pub use leaks::{LeakDetector, Leftovers};
@@ -61,7 +61,7 @@ pub struct RunOptions {
 
 /// The result of a case.
 #[derive(Debug)]
-pub struct Report {
+pub struct CaseResult {
     /// The case.
     pub case: Case,
     /// All faults, in order.
@@ -80,7 +80,7 @@ pub struct Report {
 #[derive(Debug)]
 pub struct Injected {
     /// The fault.
-    pub fault: Fault,
+    pub fault: PlannedFault,
     /// The schema; none if no schema was suitable.
     pub target: Option<String>,
     /// The fault took effect. The schema may have slept instead.
@@ -128,10 +128,10 @@ pub fn run(
     resources: &Resources,
     case: Case,
     test_application: &TestApplication,
-    plan: Vec<Fault>,
+    plan: Vec<PlannedFault>,
     run_options: RunOptions,
     stop: &AtomicBool,
-) -> Result<Report> {
+) -> Result<CaseResult> {
     let application = test_application.application(&resources.plugins, run_options.seed)?;
     let mut observer = Observer::new(case.clock, run_options.tamper);
     let mut options = Options {
@@ -143,8 +143,8 @@ pub fn run(
     };
     observer.watch(&mut options);
     let mut run = match case.clock {
-        Clock::Lockstep => Run::Lockstep(Lockstep::start(application, &resources.plugins, options)?),
-        Clock::RealTime | Clock::Outside => {
+        RunMode::Lockstep => Run::Lockstep(Lockstep::start(application, &resources.plugins, options)?),
+        RunMode::RealTime | RunMode::Outside => {
             Run::RealTime(Running::start(application, &resources.plugins, options)?)
         }
     };
@@ -204,7 +204,7 @@ pub fn run(
             ));
         }
     }
-    let end = plan.iter().map(Fault::ends).max().unwrap_or(0) + TAIL;
+    let end = plan.iter().map(PlannedFault::ends).max().unwrap_or(0) + TAIL;
     run.run_until(end, &handle, &mut observer, stop);
     observer.judge_recovery(&handle);
     let ended = handle.outcome();
@@ -273,7 +273,7 @@ pub fn run(
         target,
         took_effect,
     });
-    Ok(Report {
+    Ok(CaseResult {
         case,
         faults: faults.collect(),
         violations,
@@ -287,7 +287,7 @@ pub fn run(
 }
 
 /// Whether a symptom is a consequence of this fault.
-fn is_symptom_of(symptom: &Symptom, fault: &Fault, schema: SchemaId) -> bool {
+fn is_symptom_of(symptom: &Symptom, fault: &PlannedFault, schema: SchemaId) -> bool {
     let is_operation = matches!(fault.act, Act::Operate(_));
     symptom.schema == schema
         && (symptom.what != "operated" || is_operation)

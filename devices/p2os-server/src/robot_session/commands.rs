@@ -7,7 +7,7 @@ use jde_p2os::{Command, SimPose};
 use jde_sim::{Pose2, World};
 
 use super::laser::Laser;
-use super::{CYCLE, Phase, RobotSession, Subscription};
+use super::{CYCLE, ClientProgress, RobotSession, Subscription};
 use crate::event::EventKind;
 
 impl RobotSession {
@@ -15,8 +15,8 @@ impl RobotSession {
     pub(super) fn execute(&mut self, world: &mut World, command: Command, now: Duration) {
         match command {
             Command::Open(_) => {
-                if self.phase == Phase::Ready {
-                    self.phase = Phase::Open;
+                if self.phase == ClientProgress::Ready {
+                    self.phase = ClientProgress::Open;
                     // A robot counts from the pose at which its servers are opened.
                     self.set_client_pose(world, Pose2::default());
                     self.next_sip = now + CYCLE;

@@ -15,7 +15,7 @@ use jde_sim::{Footprint, Pose2, RobotConfig, RobotId, STEP_NS, World};
 use crate::event::EventKind;
 use head::Camera;
 use laser::Laser;
-use motion::Motion;
+use motion::MotorCommands;
 
 /// Time between two server information packets.
 const CYCLE: Duration = Duration::from_millis(100);
@@ -30,10 +30,10 @@ pub(crate) struct RobotSession {
     config: RobotConfig,
     start: Pose2,
     receiver: Receiver,
-    phase: Phase,
+    phase: ClientProgress,
     /// The next packet of a new client's handshake, while an earlier session is still open.
     next_sync: Option<SyncStep>,
-    motion: Motion,
+    motion: MotorCommands,
     laser: Laser,
     camera: Camera,
     sonars: bool,
@@ -52,7 +52,7 @@ pub(crate) struct RobotSession {
 
 /// The progress of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+enum ClientProgress {
     /// The session waits for this synchronisation.
     Waiting(SyncStep),
     /// The handshake is complete, and the servers are not open yet.
@@ -101,9 +101,9 @@ impl RobotSession {
         Self {
             robot,
             receiver: Receiver::new(),
-            phase: Phase::Waiting(SyncStep::Zero),
+            phase: ClientProgress::Waiting(SyncStep::Zero),
             next_sync: None,
-            motion: Motion::new(&config),
+            motion: MotorCommands::new(&config),
             laser: Laser::new(),
             camera: Camera::new(&config.head),
             sonars: true,
@@ -142,7 +142,10 @@ impl RobotSession {
 
     /// Commands the motors and the head for the next step of the world.
     pub(crate) fn step(&mut self, world: &mut World, now: Duration) {
-        if self.phase == Phase::Open && !self.silent && now.saturating_sub(self.last_received) > WATCHDOG {
+        if self.phase == ClientProgress::Open
+            && !self.silent
+            && now.saturating_sub(self.last_received) > WATCHDOG
+        {
             self.silent = true;
             self.motion.stop();
             self.push_event(EventKind::Silent(WATCHDOG));
@@ -162,7 +165,7 @@ impl RobotSession {
         if std::mem::replace(&mut self.collisions, collisions) < collisions {
             self.push_event(EventKind::Collided);
         }
-        if self.phase != Phase::Open {
+        if self.phase != ClientProgress::Open {
             return;
         }
         if let Some(reply) = self.camera.take_reply() {
@@ -198,12 +201,12 @@ impl RobotSession {
 
     /// Switches the motors off, and resets everything that the client has set.
     fn reset(&mut self) {
-        self.motion = Motion::new(&self.config);
+        self.motion = MotorCommands::new(&self.config);
         self.camera.stop();
         self.laser = Laser::new();
         self.sonars = true;
         (self.encoders, self.state) = (Subscription::No, Subscription::No);
-        self.phase = Phase::Waiting(SyncStep::Zero);
+        self.phase = ClientProgress::Waiting(SyncStep::Zero);
         self.next_sync = None;
         self.receiver = Receiver::new();
         self.silent = false;
@@ -245,16 +248,16 @@ impl RobotSession {
         self.silent = false;
         match (self.phase, SyncStep::from_packet(packet)) {
             // A client that starts again, or did not receive the reply.
-            (Phase::Waiting(_), Some(SyncStep::Zero)) => self.echo(SyncStep::Zero, SyncStep::One),
-            (Phase::Waiting(SyncStep::One | SyncStep::Two), Some(SyncStep::One)) => {
+            (ClientProgress::Waiting(_), Some(SyncStep::Zero)) => self.echo(SyncStep::Zero, SyncStep::One),
+            (ClientProgress::Waiting(SyncStep::One | SyncStep::Two), Some(SyncStep::One)) => {
                 self.echo(SyncStep::One, SyncStep::Two)
             }
-            (Phase::Waiting(SyncStep::Two), Some(SyncStep::Two)) => self.complete_handshake(world),
+            (ClientProgress::Waiting(SyncStep::Two), Some(SyncStep::Two)) => self.complete_handshake(world),
             // Other packets before the handshake belong to an older session.
-            (Phase::Waiting(_), _) => {}
+            (ClientProgress::Waiting(_), _) => {}
             // The three steps are also PULSE, OPEN and CLOSE. No client opens an open session. So in this
             // order they are the handshake of another client, whose predecessor left unnoticed.
-            (Phase::Open, Some(SyncStep::Two)) if self.next_sync == Some(SyncStep::Two) => {
+            (ClientProgress::Open, Some(SyncStep::Two)) if self.next_sync == Some(SyncStep::Two) => {
                 self.end_session(EventKind::ClientLeft(
                     "another client starts a handshake on its line".to_owned(),
                 ));
@@ -264,7 +267,7 @@ impl RobotSession {
             }
             (phase, sync) => {
                 self.next_sync = match sync {
-                    Some(SyncStep::Zero) if phase == Phase::Open => Some(SyncStep::One),
+                    Some(SyncStep::Zero) if phase == ClientProgress::Open => Some(SyncStep::One),
                     Some(SyncStep::One) if self.next_sync == Some(SyncStep::One) => Some(SyncStep::Two),
                     _ => None,
                 };
@@ -276,7 +279,7 @@ impl RobotSession {
     /// Completes the handshake.
     fn complete_handshake(&mut self, world: &World) {
         self.send(self.names(world).to_packet());
-        self.phase = Phase::Ready;
+        self.phase = ClientProgress::Ready;
         self.push_event(EventKind::Connected);
     }
 
@@ -290,7 +293,7 @@ impl RobotSession {
 
     fn echo(&mut self, sync: SyncStep, next: SyncStep) {
         self.send(Ok(sync.to_packet()));
-        self.phase = Phase::Waiting(next);
+        self.phase = ClientProgress::Waiting(next);
     }
 
     /// Returns the pose of the odometry, in the client's frame.

@@ -12,7 +12,7 @@ const POSITION_TOLERANCE: f64 = 0.25 * PI / 180.0;
 
 /// The client's last commands to the motors.
 #[derive(Debug)]
-pub(crate) struct Motion {
+pub(crate) struct MotorCommands {
     enabled: bool,
     linear: LinearTarget,
     angular: AngularTarget,
@@ -38,7 +38,7 @@ enum AngularTarget {
     Heading(f64),
 }
 
-impl Motion {
+impl MotorCommands {
     /// Motors that are off, with the limits of the robot.
     pub(crate) fn new(config: &RobotConfig) -> Self {
         Self {
@@ -167,7 +167,7 @@ mod tests {
     const DT: f64 = 0.01;
 
     /// Drives a robot that follows commands within its accelerations; returns the distance and the heading.
-    fn drive(motion: &mut Motion, seconds: f64) -> (f64, f64) {
+    fn drive(motion: &mut MotorCommands, seconds: f64) -> (f64, f64) {
         let config = RobotConfig::default();
         let (mut distance, mut heading, mut twist) = (0.0, 0.0, Twist2::default());
         let toward =
@@ -182,15 +182,15 @@ mod tests {
         (distance, heading)
     }
 
-    fn enabled() -> Motion {
-        let mut motion = Motion::new(&RobotConfig::default());
+    fn enabled() -> MotorCommands {
+        let mut motion = MotorCommands::new(&RobotConfig::default());
         motion.enable(true);
         motion
     }
 
     #[test]
     fn motors_that_are_off_do_nothing() {
-        let mut motion = Motion::new(&RobotConfig::default());
+        let mut motion = MotorCommands::new(&RobotConfig::default());
         motion.set_speed(0.5);
         motion.set_turn_rate(1.0);
         assert_eq!(drive(&mut motion, 1.0), (0.0, 0.0));
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn motors_that_are_switched_on_wait_for_a_command() {
-        let mut motion = Motion::new(&RobotConfig::default());
+        let mut motion = MotorCommands::new(&RobotConfig::default());
         motion.set_speed(0.5);
         motion.enable(true);
         assert_eq!(drive(&mut motion, 1.0), (0.0, 0.0));

@@ -22,7 +22,7 @@ const CLOSE_RETRY: Duration = Duration::from_millis(500);
 
 /// What the handshake waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+enum Awaited {
     /// The echo.
     Sync(SyncStep),
     /// The first SIP.
@@ -34,7 +34,7 @@ enum Step {
 /// The progress of the handshake.
 #[derive(Clone, Debug)]
 pub(super) struct Handshake {
-    step: Step,
+    step: Awaited,
     sent_at: Duration,
     attempts: u32,
     close_sent_at: Option<Duration>,
@@ -43,7 +43,7 @@ pub(super) struct Handshake {
 impl Handshake {
     pub(super) fn new(now: Duration) -> Self {
         Self {
-            step: Step::Sync(SyncStep::Zero),
+            step: Awaited::Sync(SyncStep::Zero),
             sent_at: now,
             attempts: 0,
             close_sent_at: None,
@@ -54,13 +54,13 @@ impl Handshake {
     pub(super) fn send_step(&mut self, output: &mut Vec<u8>) {
         self.attempts += 1;
         match self.step {
-            Step::Sync(sync) => output.extend(sync.to_packet().to_bytes()),
-            Step::Open => send_command(output, &Command::Open(Form::One)),
-            Step::Config => send_command(output, &Command::Config(Form::One)),
+            Awaited::Sync(sync) => output.extend(sync.to_packet().to_bytes()),
+            Awaited::Open => send_command(output, &Command::Open(Form::One)),
+            Awaited::Config => send_command(output, &Command::Config(Form::One)),
         }
     }
 
-    fn go_to(&mut self, step: Step, now: Duration, output: &mut Vec<u8>) {
+    fn go_to(&mut self, step: Awaited, now: Duration, output: &mut Vec<u8>) {
         (self.step, self.sent_at, self.attempts) = (step, now, 0);
         self.send_step(output);
     }
@@ -74,7 +74,7 @@ impl Session {
         };
         let is_sip = matches!(packet.id(), STOPPED | MOVING);
         match handshake.step {
-            Step::Sync(_) if is_sip => {
+            Awaited::Sync(_) if is_sip => {
                 // The robot is still open from an earlier session of any client.
                 if handshake
                     .close_sent_at
@@ -83,11 +83,11 @@ impl Session {
                     handshake.close_sent_at = Some(now);
                     send_command(&mut self.output, &Command::Close(Form::One));
                     let attempts = handshake.attempts;
-                    handshake.go_to(Step::Sync(SyncStep::Zero), now, &mut self.output);
+                    handshake.go_to(Awaited::Sync(SyncStep::Zero), now, &mut self.output);
                     handshake.attempts += attempts;
                 }
             }
-            Step::Sync(SyncStep::Two) => {
+            Awaited::Sync(SyncStep::Two) => {
                 if packet.data().is_empty() {
                     // An echo without names is caused by the line, not by a robot.
                 } else if let Ok(names) = Names::from_packet(packet)
@@ -96,19 +96,19 @@ impl Session {
                     return;
                 }
             }
-            Step::Sync(step) => {
+            Awaited::Sync(step) => {
                 if SyncStep::from_packet(packet) == Some(step) {
                     let next = if step == SyncStep::Zero {
                         SyncStep::One
                     } else {
                         SyncStep::Two
                     };
-                    handshake.go_to(Step::Sync(next), now, &mut self.output);
+                    handshake.go_to(Awaited::Sync(next), now, &mut self.output);
                 }
             }
-            Step::Open if is_sip => handshake.go_to(Step::Config, now, &mut self.output),
-            Step::Open => {}
-            Step::Config => {
+            Awaited::Open if is_sip => handshake.go_to(Awaited::Config, now, &mut self.output),
+            Awaited::Open => {}
+            Awaited::Config => {
                 if is_sip {
                     self.last_received = now;
                 } else if let Ok(config) = Config::from_packet(packet) {
@@ -127,21 +127,21 @@ impl Session {
             return;
         };
         let (interval, max_attempts) = match handshake.step {
-            Step::Sync(_) | Step::Open => (RETRY, MAX_ATTEMPTS),
-            Step::Config => (CONFIG_RETRY, MAX_CONFIG_ATTEMPTS),
+            Awaited::Sync(_) | Awaited::Open => (RETRY, MAX_ATTEMPTS),
+            Awaited::Config => (CONFIG_RETRY, MAX_CONFIG_ATTEMPTS),
         };
         if now.saturating_sub(handshake.sent_at) >= interval {
             handshake.sent_at = now;
             match handshake.step {
-                Step::Config if handshake.attempts >= max_attempts => {
+                Awaited::Config if handshake.attempts >= max_attempts => {
                     self.switch_on(now);
                     return;
                 }
-                Step::Sync(_) | Step::Open if handshake.attempts >= max_attempts => {
+                Awaited::Sync(_) | Awaited::Open if handshake.attempts >= max_attempts => {
                     self.lost("no reply from a Pioneer robot: is it switched on, and is the speed of the line right?");
                     return;
                 }
-                Step::Sync(_) | Step::Open | Step::Config => handshake.send_step(&mut self.output),
+                Awaited::Sync(_) | Awaited::Open | Awaited::Config => handshake.send_step(&mut self.output),
             }
         }
         self.handshake = Some(handshake);
@@ -164,7 +164,7 @@ impl Session {
         };
         self.model = Some(model);
         self.state = State::Opening(names);
-        handshake.go_to(Step::Open, now, &mut self.output);
+        handshake.go_to(Awaited::Open, now, &mut self.output);
         true
     }
 

@@ -11,7 +11,7 @@ use core::time::Duration;
 
 pub use options::{Choice, HeadSetpoint, Options, Setpoint};
 pub use robot::{Event, Laser, Ring, Robot, State};
-use step::{Search, Step};
+use step::{Inquiry, Search};
 
 use crate::{Head, Interface, Kind, Message, Receiver, Scan, data};
 
@@ -96,11 +96,11 @@ impl Session {
     pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         let mut messages = Vec::new();
         let received = self.receiver.receive(bytes, |message| messages.push(message));
-        if self.search.step == Step::Greeting
+        if self.search.step == Inquiry::Greeting
             && let Some(version) = self.receiver.version()
         {
             self.search.robot.version = version.to_owned();
-            self.search.step = Step::List;
+            self.search.step = Inquiry::List;
             self.send_request(now);
         }
         for message in &messages {
@@ -231,7 +231,7 @@ impl Session {
     fn check_time(&mut self, now: Duration) {
         let elapsed = now.saturating_sub(self.last);
         let reason = match (&self.state, &self.search.step) {
-            (State::Opening, Step::Greeting) if elapsed >= SILENCE => {
+            (State::Opening, Inquiry::Greeting) if elapsed >= SILENCE => {
                 format!(
                     "it has sent no greeting of a Player server for {} s",
                     SILENCE.as_secs()

@@ -6,7 +6,7 @@ use super::options::{Choice, Options};
 use super::robot::{Laser, Ring, Robot};
 use crate::data;
 use crate::geometry::{self, RangerGeometry};
-use crate::wire::Field;
+use crate::wire::FixedValue;
 use crate::{Device, Error, Interface, Kind, Message, Mount};
 
 /// Requests to the server.
@@ -24,7 +24,7 @@ const CONFIGURATION: u8 = 5;
 
 /// What is asked at present.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Step {
+pub(super) enum Inquiry {
     Greeting,
     List,
     Subscribe(Device),
@@ -39,7 +39,7 @@ pub(super) enum Step {
 #[derive(Clone, Debug)]
 pub(super) struct Search {
     options: Options,
-    pub(super) step: Step,
+    pub(super) step: Inquiry,
     /// The devices to look at.
     candidates: VecDeque<Device>,
     pub(super) robot: Robot,
@@ -47,9 +47,9 @@ pub(super) struct Search {
 }
 
 /// The next step, or why there is none.
-type Next = Result<Step, String>;
+type Next = Result<Inquiry, String>;
 
-impl Step {
+impl Inquiry {
     /// The request of this step.
     pub(super) fn request(&self, base: Device) -> Option<Message> {
         let server = Interface::SERVER.at(0);
@@ -76,7 +76,7 @@ impl Search {
     pub(super) fn new(options: Options) -> Self {
         Self {
             options,
-            step: Step::Greeting,
+            step: Inquiry::Greeting,
             candidates: VecDeque::new(),
             robot: Robot {
                 version: String::new(),
@@ -108,24 +108,26 @@ impl Search {
         let is_accepted = reply.kind == Kind::Accepted;
         let unreadable = |error: Error| error.to_string();
         self.step = match self.step.clone() {
-            Step::List => self.take_list(&devices(reply).map_err(unreadable)?)?,
-            Step::Subscribe(device) => {
+            Inquiry::List => self.take_list(&devices(reply).map_err(unreadable)?)?,
+            Inquiry::Subscribe(device) => {
                 let (mode, driver) = granted(reply).map_err(unreadable)?;
                 self.take_subscription(device, is_accepted && mode == OPEN, driver)?
             }
-            Step::Geometry(device) if is_accepted => self.take_geometry(device, reply).map_err(unreadable)?,
-            Step::Geometry(device) if device.interface == Interface::RANGER => {
-                Step::Limits(device, RangerGeometry::default())
+            Inquiry::Geometry(device) if is_accepted => {
+                self.take_geometry(device, reply).map_err(unreadable)?
             }
-            Step::Geometry(device) => self.assign(device, Vec::new()),
-            Step::Limits(device, geometry) => {
+            Inquiry::Geometry(device) if device.interface == Interface::RANGER => {
+                Inquiry::Limits(device, RangerGeometry::default())
+            }
+            Inquiry::Geometry(device) => self.assign(device, Vec::new()),
+            Inquiry::Limits(device, geometry) => {
                 let limits = is_accepted.then(|| data::ranger_config(reply));
                 let limits = limits.transpose().map_err(unreadable)?;
                 self.assign_ranger(device, &geometry, limits.unwrap_or_default())
             }
             // A base whose motors cannot be switched has none to switch on.
-            Step::Motors | Step::Unsubscribe(_) => self.next_candidate(),
-            Step::Greeting | Step::Done => return Ok(()),
+            Inquiry::Motors | Inquiry::Unsubscribe(_) => self.next_candidate(),
+            Inquiry::Greeting | Inquiry::Done => return Ok(()),
         };
         Ok(())
     }
@@ -171,13 +173,13 @@ impl Search {
         Ok(self.next_candidate())
     }
 
-    fn next_candidate(&mut self) -> Step {
+    fn next_candidate(&mut self) -> Inquiry {
         while let Some(device) = self.candidates.pop_front() {
             if self.is_wanted(device) {
-                return Step::Subscribe(device);
+                return Inquiry::Subscribe(device);
             }
         }
-        Step::Done
+        Inquiry::Done
     }
 
     fn is_wanted(&self, device: Device) -> bool {
@@ -205,16 +207,16 @@ impl Search {
         Ok(match device.interface {
             Interface::BASE => {
                 self.robot.driver = driver;
-                Step::Motors
+                Inquiry::Motors
             }
             Interface::POWER | Interface::HEAD => self.assign(device, Vec::new()),
-            _ => Step::Geometry(device),
+            _ => Inquiry::Geometry(device),
         })
     }
 
-    fn take_geometry(&mut self, device: Device, reply: &Message) -> Result<Step, Error> {
+    fn take_geometry(&mut self, device: Device, reply: &Message) -> Result<Inquiry, Error> {
         Ok(match device.interface {
-            Interface::RANGER => Step::Limits(device, geometry::ranger(reply)?),
+            Interface::RANGER => Inquiry::Limits(device, geometry::ranger(reply)?),
             Interface::LASER => self.assign(device, vec![geometry::laser(reply)?]),
             Interface::SONAR => self.assign(device, geometry::sonar(reply)?),
             _ => self.assign(device, geometry::bumpers(reply)?),
@@ -222,7 +224,7 @@ impl Search {
     }
 
     /// Uses a device at these mounts, and goes on to the next one.
-    fn assign(&mut self, device: Device, mounts: Vec<Mount>) -> Step {
+    fn assign(&mut self, device: Device, mounts: Vec<Mount>) -> Inquiry {
         match device.interface {
             Interface::LASER => {
                 self.robot.laser = Some(Laser {
@@ -253,7 +255,7 @@ impl Search {
         device: Device,
         geometry: &RangerGeometry,
         limits: data::RangerConfig,
-    ) -> Step {
+    ) -> Inquiry {
         let [angle_min, angle_max, _resolution, range_min, range_max] = limits;
         let Options { laser, sonars, .. } = self.options;
         let is_named = |choice: Choice| choice == Choice::Device(device);
@@ -287,7 +289,7 @@ impl Search {
                 "{device} does not report its angles, so it cannot be the laser"
             ));
         }
-        Step::Unsubscribe(device)
+        Inquiry::Unsubscribe(device)
     }
 }
 
@@ -312,7 +314,7 @@ fn of(list: &[Device], interface: Interface) -> Vec<Device> {
 }
 
 /// An address in a list: host, port, interface, index.
-impl Field for Device {
+impl FixedValue for Device {
     const SIZE: usize = 16;
 
     fn read(bytes: &[u8]) -> Self {

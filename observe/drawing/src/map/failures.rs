@@ -7,7 +7,7 @@ use jde_timeline::is_placed;
 
 use super::{DriveMap, PathPoint, RobotPath, finite, ground};
 use crate::round::round_up;
-use crate::{ColorRole, Drawing, Line};
+use crate::{ColorRole, Drawing, LineStyle};
 
 /// Cells along the longer side of the map, about: as large as a robot in a room.
 const CELLS: f64 = 40.0;
@@ -88,7 +88,7 @@ fn dots(drawing: &mut Drawing, frame: &Frame, places: &[&FailurePlace]) {
         let at = frame.at(place.x, place.y);
         drawing.note(Some(place.label.clone()));
         drawing.disc(at, DOT, ColorRole::Bad);
-        drawing.ring(at, DOT, Line::new(ColorRole::Paper, 1.2));
+        drawing.ring(at, DOT, LineStyle::new(ColorRole::Paper, 1.2));
     }
     drawing.note(None);
 }

@@ -4,7 +4,7 @@ use jde_sim::Outline;
 
 use super::frame::{Frame, box_corners};
 use super::{DriveMap, Obstacle};
-use crate::{Align, ColorRole, Drawing, Line, Shape};
+use crate::{Align, ColorRole, Drawing, DrawnShape, LineStyle};
 
 /// Drawn thickness of a wall of the world, which has none, metres.
 const WALL: f64 = 0.08;
@@ -38,13 +38,13 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
     let (walls, furniture): (Vec<Obstacle>, Vec<Obstacle>) = still.into_iter().partition(is_wall);
 
     // All edges, then all areas, so that touching things merge, such as the blocks of an occupancy map.
-    let areas: Vec<Shape> = furniture
+    let areas: Vec<DrawnShape> = furniture
         .iter()
         .filter_map(|obstacle| area(frame, &obstacle.outline))
         .collect();
     areas
         .iter()
-        .for_each(|area| drawing.stroke(area.clone(), Line::new(ColorRole::Edge, 2.5)));
+        .for_each(|area| drawing.stroke(area.clone(), LineStyle::new(ColorRole::Edge, 2.5)));
     areas
         .into_iter()
         .for_each(|area| drawing.fill(area, ColorRole::Furniture));
@@ -55,14 +55,14 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
     for wall in walls {
         match wall.outline {
             Outline::Segment { from, to } => {
-                let line = Line::new(ColorRole::Ink, frame.pixels(WALL).clamp(2.0, 7.0));
+                let line = LineStyle::new(ColorRole::Ink, frame.pixels(WALL).clamp(2.0, 7.0));
                 drawing.polyline(&[frame.at(from[0], from[1]), frame.at(to[0], to[1])], line);
             }
             Outline::Box { .. } | Outline::Circle { .. } => {
                 if let Some(area) = area(frame, &wall.outline) {
                     drawing.fill(area.clone(), ColorRole::Ink);
                     // A wall thinner than a pixel must be visible.
-                    drawing.stroke(area, Line::new(ColorRole::Ink, 1.0));
+                    drawing.stroke(area, LineStyle::new(ColorRole::Ink, 1.0));
                 }
             }
         }
@@ -73,7 +73,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
 /// Draws the edge of the map, the labels of the grid and the scale bar.
 pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
     let map = frame.map;
-    drawing.stroke(Shape::Box(map), Line::new(ColorRole::Edge, 1.0));
+    drawing.stroke(DrawnShape::Box(map), LineStyle::new(ColorRole::Edge, 1.0));
     for (x, text) in labels(frame, 0) {
         let position = (frame.at(x, 0.0).0, map.bottom() + 18.0);
         drawing.label(&text, LABEL, position, Align::Middle, ColorRole::Soft);
@@ -87,12 +87,12 @@ pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
 
 /// Draws a disc in the style of moving things.
 pub(super) fn moving_disc(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32) {
-    draw_moving(drawing, Shape::Disc((x, y), radius));
+    draw_moving(drawing, DrawnShape::Disc((x, y), radius));
 }
 
 fn grid(drawing: &mut Drawing, frame: &Frame) {
     let map = frame.map;
-    let line = Line::new(ColorRole::Grid, 1.0);
+    let line = LineStyle::new(ColorRole::Grid, 1.0);
     for x in frame.grid_lines(0) {
         let position = crisp(frame.at(x, 0.0).0);
         drawing.polyline(&[(position, map.top()), (position, map.bottom())], line);
@@ -150,7 +150,7 @@ fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
     let length = length.unwrap_or(power);
     let (left, y) = (frame.map.left(), frame.map.bottom() + 48.0);
     let right = left + frame.pixels(length);
-    let line = Line::new(ColorRole::Ink, 2.0);
+    let line = LineStyle::new(ColorRole::Ink, 2.0);
     drawing.polyline(&[(left, y), (right, y)], line);
     for end in [left, right] {
         drawing.polyline(&[(end, y - 5.0), (end, y + 5.0)], line);
@@ -164,9 +164,9 @@ fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
     );
 }
 
-fn draw_moving(drawing: &mut Drawing, area: Shape) {
+fn draw_moving(drawing: &mut Drawing, area: DrawnShape) {
     drawing.fill(area.clone(), ColorRole::Furniture.faded(0.45));
-    drawing.stroke(area, Line::new(ColorRole::Edge, 1.5).dashed(4.0, 4.0));
+    drawing.stroke(area, LineStyle::new(ColorRole::Edge, 1.5).dashed(4.0, 4.0));
 }
 
 fn is_wall(obstacle: &Obstacle) -> bool {
@@ -177,19 +177,19 @@ fn is_wall(obstacle: &Obstacle) -> bool {
     }
 }
 
-fn area(frame: &Frame, outline: &Outline) -> Option<Shape> {
+fn area(frame: &Frame, outline: &Outline) -> Option<DrawnShape> {
     match *outline {
         Outline::Segment { .. } => None,
         Outline::Box { center, size, angle } => {
             let corners = box_corners(center, size, angle);
-            Some(Shape::Area(corners.map(|[x, y]| frame.at(x, y)).to_vec()))
+            Some(DrawnShape::Area(corners.map(|[x, y]| frame.at(x, y)).to_vec()))
         }
         Outline::Circle {
             center: [x, y],
             radius,
         } => {
             let middle = frame.at(x, y);
-            Some(Shape::Disc(middle, frame.pixels(radius)))
+            Some(DrawnShape::Disc(middle, frame.pixels(radius)))
         }
     }
 }

@@ -9,7 +9,7 @@ use super::frame::Frame;
 use super::palette::Palette;
 use super::{DriveMap, RobotPath, ground, path};
 use crate::text::{counted, percent};
-use crate::{Align, ColorRole, Drawing, Font, Line};
+use crate::{Align, ColorRole, Drawing, Font, LineStyle};
 
 /// Text size of the title, pixels.
 const TITLE: f32 = 32.0;
@@ -143,7 +143,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, palette: &Palette, entr
 fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette) {
     match sign {
         Sign::Path(winner) => {
-            let line = Line {
+            let line = LineStyle {
                 width: 5.0,
                 ..path::line(palette, winner)
             };

@@ -5,7 +5,7 @@ use jde_sim::Footprint;
 use super::frame::Frame;
 use super::palette::Palette;
 use super::{DriveMap, PathPoint};
-use crate::{Align, ColorRole, Drawing, Line, Shape};
+use crate::{Align, ColorRole, Drawing, DrawnShape, LineStyle};
 
 /// Width of the path's line, and of the white on either side that separates it from lines below, pixels.
 const PATH_WIDTH: f32 = 3.0;
@@ -77,7 +77,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap, palet
     for (_, points) in &runs {
         drawing.polyline(
             points,
-            Line::new(ColorRole::Paper.faded(0.85), PATH_WIDTH + 2.0 * OUTLINE_WIDTH),
+            LineStyle::new(ColorRole::Paper.faded(0.85), PATH_WIDTH + 2.0 * OUTLINE_WIDTH),
         );
     }
     for (winner, points) in &runs {
@@ -119,8 +119,8 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap, palet
 }
 
 /// The style of the path while a schema won.
-pub(super) fn line(palette: &Palette, winner: Option<usize>) -> Line {
-    let line = Line::new(palette.tone(winner), PATH_WIDTH);
+pub(super) fn line(palette: &Palette, winner: Option<usize>) -> LineStyle {
+    let line = LineStyle::new(palette.tone(winner), PATH_WIDTH);
     if palette.is_dashed(winner) {
         line.dashed(8.0, 5.0)
     } else {
@@ -145,7 +145,7 @@ pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, rea
         drawing.ring(
             (x, y),
             BADGE - 0.9,
-            Line::new(ColorRole::Ink, 1.8).dashed(4.0, 3.0),
+            LineStyle::new(ColorRole::Ink, 1.8).dashed(4.0, 3.0),
         );
         drawing.label(number, size, (x, y), Align::Middle, ColorRole::Ink);
     }
@@ -163,19 +163,19 @@ pub(super) fn robot(
     // Pixels count downwards, headings counter-clockwise.
     let place = |(ahead, left): (f32, f32)| (x + cos * ahead - sin * left, y - sin * ahead - cos * left);
     let shape = if body.corners.is_empty() {
-        Shape::Disc((x, y), body.radius)
+        DrawnShape::Disc((x, y), body.radius)
     } else {
-        Shape::Area(body.corners.iter().copied().map(place).collect())
+        DrawnShape::Area(body.corners.iter().copied().map(place).collect())
     };
     let wedge = [(0.82, 0.0), (-0.457, 0.419), (-0.457, -0.419)]
         .map(|(ahead, left)| place((body.inner * ahead, body.inner * left)));
     let (opacity, line, ink) = match which {
         PathEnd::Start => (
             0.75,
-            Line::new(ColorRole::Ink, 1.5).dashed(4.0, 3.0),
+            LineStyle::new(ColorRole::Ink, 1.5).dashed(4.0, 3.0),
             ColorRole::Edge,
         ),
-        PathEnd::End => (0.9, Line::new(ColorRole::Ink, 2.0), ColorRole::Ink),
+        PathEnd::End => (0.9, LineStyle::new(ColorRole::Ink, 2.0), ColorRole::Ink),
     };
     drawing.fill(shape.clone(), ColorRole::Paper.faded(opacity));
     drawing.stroke(shape, line);
@@ -183,7 +183,10 @@ pub(super) fn robot(
 }
 
 fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
-    for line in [Line::new(ColorRole::Paper, 5.0), Line::new(ColorRole::Ink, 2.0)] {
+    for line in [
+        LineStyle::new(ColorRole::Paper, 5.0),
+        LineStyle::new(ColorRole::Ink, 2.0),
+    ] {
         drawing.polyline(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], line);
         drawing.polyline(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], line);
     }

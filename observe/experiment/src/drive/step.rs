@@ -9,7 +9,7 @@ use jde_sim::{EditQueue, Edits};
 
 /// A step.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct DriveStep {
     /// The case in which it happens; in all if `None`.
     pub case: Option<String>,
     /// When it happens.
@@ -102,7 +102,7 @@ impl Operator {
     ///
     /// # Errors
     /// Why the application refuses it.
-    pub fn perform(&mut self, step: &Step, now: Nanos) -> Result<(), String> {
+    pub fn perform(&mut self, step: &DriveStep, now: Nanos) -> Result<(), String> {
         self.act(&step.action, now)
             .map_err(|reason| format!("the step at {} was refused: {reason}", step.place))
     }

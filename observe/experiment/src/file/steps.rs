@@ -12,7 +12,7 @@ use jde_sim::Edits;
 use super::Subject;
 use super::expressions::Expressions;
 use super::values::{moment, source};
-use crate::drive::step::{EDIT, Step, StepAction, StepTime, StepWrite};
+use crate::drive::step::{DriveStep, EDIT, StepAction, StepTime, StepWrite};
 use crate::experiment::{Axis, Experiment};
 
 /// The keys that say what a step does.
@@ -31,7 +31,7 @@ pub(super) fn read(
     subject: &Subject<'_>,
     axes: &[Axis],
     expressions: &mut Expressions,
-) -> Vec<Step> {
+) -> Vec<DriveStep> {
     let tables = root.tables(report, "steps", "step").unwrap_or_default();
     let steps = tables.iter().flatten();
     let steps = steps.filter_map(|section| step(report, section, subject, axes, expressions));
@@ -44,7 +44,7 @@ fn step(
     subject: &Subject<'_>,
     axes: &[Axis],
     expressions: &mut Expressions,
-) -> Option<Step> {
+) -> Option<DriveStep> {
     section.refuse_unknown(report, &[&ACTIONS[..], &["at", "when", "case"]].concat());
     let case = section.text(report, "case");
     if let Some(case) = &case
@@ -92,7 +92,7 @@ fn step(
             }),
     };
     let place = format!("{}:{}", subject.file.display(), report.line(section.span.start));
-    Some(Step {
+    Some(DriveStep {
         case: case.map(|case| case.text.to_owned()),
         when: when?,
         action: action?,

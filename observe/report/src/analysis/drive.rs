@@ -68,7 +68,7 @@ impl DriveCollector {
     pub(crate) fn message(
         &mut self,
         time: Nanos,
-        reading: &mut Reading<'_>,
+        reading: &mut MessageDecoder<'_>,
         timeline: &Timeline,
     ) -> Result<(), DecodeError> {
         let message = reading.message;
@@ -255,13 +255,13 @@ fn owner(topic: &str) -> &str {
 }
 
 /// A message of a variable, and the report of what of it cannot be read.
-pub(crate) struct Reading<'a> {
+pub(crate) struct MessageDecoder<'a> {
     pub(crate) message: &'a RecordedMessage,
     pub(crate) variable: &'a RecordedVariable,
     pub(crate) left_out: &'a mut LeftOut,
 }
 
-impl Reading<'_> {
+impl MessageDecoder<'_> {
     /// Decodes the message as a value of a type.
     pub(super) fn read<T: jde_types::Value>(&mut self) -> Result<Option<T>, DecodeError> {
         self.variable.decode_as(&self.message.data, self.left_out)

@@ -11,7 +11,7 @@ use jde_timeline::{Hierarchy, Keep, Span, Timeline};
 use jde_types::Value as _;
 
 use super::bounded::Ends;
-use super::drive::{self, DriveCollector, Reading};
+use super::drive::{self, DriveCollector, MessageDecoder};
 use super::{
     Analysis, Band, Columns, DriveSummary, Events, GroupStatistics, SchemaTiming, Series, Trace, Wanted,
 };
@@ -166,7 +166,7 @@ impl AnalysisReader {
             work.add_start(self.analysis.coarse, time);
         }
         let drawn = {
-            let mut reading = Reading {
+            let mut reading = MessageDecoder {
                 message,
                 variable: &variable,
                 left_out: &mut self.analysis.left_out,

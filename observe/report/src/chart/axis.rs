@@ -1,7 +1,7 @@
 //! Axes: their numbers, and the format of times and numbers.
 
 use jde_drawing::round_up;
-use jde_drawing::{Align, ColorRole, Drawing, Line};
+use jde_drawing::{Align, ColorRole, Drawing, LineStyle};
 
 use super::{Area, SMALL};
 use crate::analysis::Columns;
@@ -49,7 +49,7 @@ pub(crate) fn time_grid(drawing: &mut Drawing, area: Area, columns: Columns) {
         let x = at(area, columns, time);
         drawing.polyline(
             &[(x, area.top), (x, area.bottom())],
-            Line::new(ColorRole::Grid, 1.0),
+            LineStyle::new(ColorRole::Grid, 1.0),
         );
     }
 }

@@ -7,7 +7,7 @@
 use jde_core::State;
 use jde_drawing::map::Palette;
 use jde_drawing::text::{counted, percent};
-use jde_drawing::{Align, ColorRole, Drawing, Fill, Shape};
+use jde_drawing::{Align, ColorRole, Drawing, DrawnShape, Fill};
 use jde_timeline::{HierarchyRow, Item};
 
 use super::{Area, SMALL, TEXT};
@@ -154,7 +154,7 @@ impl<'t> Bands<'t> {
                 false => ColorRole::Edge.faded(1.0),
             };
             for (from, to, shade) in runs(self.analysis.bands[*member].shares(State::Winner)) {
-                let bar = Shape::bar(
+                let bar = DrawnShape::bar(
                     area.left + from as f32 * column_width,
                     top,
                     (to - from) as f32 * column_width,

@@ -1,7 +1,7 @@
 //! Numbers over time as lines. Each column shows its least and greatest value, so that no extreme is lost. A
 //! value holds until the next; where there is none, there is no line.
 
-use jde_drawing::{Align, ColorRole, Drawing, Line, Point, Shape};
+use jde_drawing::{Align, ColorRole, Drawing, DrawnShape, LineStyle, Point};
 use std::collections::BTreeMap;
 
 use super::axis::{self, numbers};
@@ -54,13 +54,13 @@ fn chart(
     axis::time_grid(drawing, area, columns);
     for (value, text) in numbers(least, greatest, area.height) {
         let y = at(area, least, greatest, value).floor() + 0.5;
-        let line = Line::new(ColorRole::Grid, 1.0);
+        let line = LineStyle::new(ColorRole::Grid, 1.0);
         drawing.polyline(&[(area.left, y), (area.right(), y)], line);
         drawing.label(&text, SMALL, (area.left - 8.0, y), Align::Right, ColorRole::Soft);
     }
     frame(drawing, area);
     for number in numbers_of {
-        let style = Line::new(ColorRole::Of(*number), 1.8);
+        let style = LineStyle::new(ColorRole::Of(*number), 1.8);
         line(drawing, area, traces[*number].1.cells(), (least, greatest), style);
     }
     if range.is_none() {
@@ -99,7 +99,7 @@ fn legend(
         if x > area.left && x + width > area.right() {
             (x, y) = (area.left, y + LEGEND);
         }
-        let sign = Line::new(ColorRole::Of(*number), 4.0);
+        let sign = LineStyle::new(ColorRole::Of(*number), 4.0);
         drawing.polyline(&[(x, y), (x + SIGN - 12.0, y)], sign);
         drawing.label(&text, TEXT, (x + SIGN - 4.0, y), Align::Left, ColorRole::Ink);
         x += width;
@@ -114,21 +114,21 @@ pub(crate) fn small_chart(
     trace: &Trace,
     range: (f64, f64),
     nominal: Option<f64>,
-    style: Line,
+    style: LineStyle,
 ) {
     frame(drawing, area);
     let (least, greatest) = range;
     if let Some(nominal) = nominal.filter(|nominal| (least..=greatest).contains(nominal)) {
         let y = at(area, least, greatest, nominal);
-        let nominal_line = Line::new(ColorRole::Soft, 1.0).dashed(4.0, 3.0);
+        let nominal_line = LineStyle::new(ColorRole::Soft, 1.0).dashed(4.0, 3.0);
         drawing.polyline(&[(area.left, y), (area.right(), y)], nominal_line);
     }
     line(drawing, area, trace.cells(), range, style);
 }
 
 fn frame(drawing: &mut Drawing, area: Area) {
-    if let Some(edge) = Shape::bar(area.left, area.top, area.width, area.height) {
-        drawing.stroke(edge, Line::new(ColorRole::Edge, 1.0));
+    if let Some(edge) = DrawnShape::bar(area.left, area.top, area.width, area.height) {
+        drawing.stroke(edge, LineStyle::new(ColorRole::Edge, 1.0));
     }
 }
 
@@ -137,7 +137,7 @@ fn line(
     area: Area,
     cells: &[Option<ColumnRange>],
     (least, greatest): (f64, f64),
-    style: Line,
+    style: LineStyle,
 ) {
     let column_width = area.width / cells.len().max(1) as f32;
     let y = |value: f64| at(area, least, greatest, value);

@@ -1,7 +1,7 @@
 //! Histograms of measures: a row for each combination of axes, above one axis for all of them.
 
 use jde_drawing::text::counted;
-use jde_drawing::{Align, ColorRole, Drawing, Font, Line};
+use jde_drawing::{Align, ColorRole, Drawing, Font, LineStyle};
 use maud::{Markup, PreEscaped, html};
 
 use super::{Distribution, DistributionRow};
@@ -70,7 +70,7 @@ fn draw(distribution: &Distribution, scale: &Scale) -> Drawing {
     // Numbers of an axis along a line need about twice the room of those of an upright one.
     for (value, text) in axis_numbers(scale.least, scale.greatest, (WIDTH - 2.0 * MARGIN) / 2.0) {
         let x = scale.at(value).floor() + 0.5;
-        drawing.polyline(&[(x, NAME), (x, bottom)], Line::new(ColorRole::Grid, 1.0));
+        drawing.polyline(&[(x, NAME), (x, bottom)], LineStyle::new(ColorRole::Grid, 1.0));
         drawing.label(
             &text,
             SMALL,
@@ -100,14 +100,17 @@ fn draw_row(drawing: &mut Drawing, row: &DistributionRow, scale: &Scale, top: f3
     bars(drawing, row, scale, baseline);
     drawing.polyline(
         &[(MARGIN, baseline), (right, baseline)],
-        Line::new(ColorRole::Edge, 1.0),
+        LineStyle::new(ColorRole::Edge, 1.0),
     );
     if let Some([median, low, high]) = row.median {
         let y = baseline + INTERVAL / 2.0 - 2.0;
-        let line = Line::new(ColorRole::Ink, 3.0);
+        let line = LineStyle::new(ColorRole::Ink, 3.0);
         drawing.polyline(&[(scale.at(low), y), (scale.at(high), y)], line);
         let x = scale.at(median);
-        for line in [Line::new(ColorRole::Paper, 4.0), Line::new(ColorRole::Ink, 2.0)] {
+        for line in [
+            LineStyle::new(ColorRole::Paper, 4.0),
+            LineStyle::new(ColorRole::Ink, 2.0),
+        ] {
             drawing.polyline(&[(x, baseline - BARS), (x, y + 4.0)], line);
         }
     }

@@ -2,7 +2,7 @@
 //! faults.
 
 use jde_core::State;
-use jde_drawing::{ColorRole, Drawing, Line};
+use jde_drawing::{ColorRole, Drawing, LineStyle};
 use maud::{Markup, PreEscaped, html};
 
 use super::{Page, percent, trouble};
@@ -106,7 +106,7 @@ fn periods(work: &SchemaTiming, configured: Option<f64>) -> Option<Drawing> {
         width: CHART.0 - 1.0,
         height: CHART.1 - 1.0,
     };
-    let style = Line::new(ColorRole::Of(0), 1.2);
+    let style = LineStyle::new(ColorRole::Of(0), 1.2);
     // The axis begins at 0, unless that would hide the variation.
     let bottom = if least > 0.8 * greatest { least * 0.95 } else { 0.0 };
     let bottom = configured.map_or(bottom, |configured| bottom.min(configured * 0.95));

@@ -4,14 +4,14 @@ use proc_macro2::{Ident, TokenStream};
 use quote::quote;
 use syn::{DeriveInput, Error, Result};
 
-use super::field::{Field, Role};
+use super::field::{Role, SchemaField};
 use super::members::Members;
 use super::{check_names, fields};
 
 /// Generates the implementation of `PortBundle` for `input`.
 pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     let fields = fields(input, "bundle")?;
-    let fields = fields.iter().map(Field::of).collect::<Result<Vec<_>>>()?;
+    let fields = fields.iter().map(SchemaField::of).collect::<Result<Vec<_>>>()?;
     for field in &fields {
         if matches!(
             field.role,

@@ -11,7 +11,7 @@ use super::options::{Options, is_text};
 use crate::text::{c, check_name, doc, duration, unit};
 
 /// A field of a schema.
-pub(super) struct Field {
+pub(super) struct SchemaField {
     pub(super) member: Ident,
     pub(super) ty: Type,
     pub(super) span: Span,
@@ -153,7 +153,7 @@ impl Kind {
     }
 }
 
-impl Field {
+impl SchemaField {
     pub(super) fn of(field: &syn::Field) -> Result<Self> {
         let Some(member) = field.ident.clone() else {
             return Err(Error::new_spanned(field, "a schema has named fields"));

@@ -5,7 +5,7 @@ use quote::{quote, quote_spanned};
 use syn::Type;
 use syn::spanned::Spanned;
 
-use super::field::{Field, Role};
+use super::field::{Role, SchemaField};
 
 /// The tables of a structure, and the expression that builds it from `ports`, the table of the whole schema, and
 /// `first`, the number of its first port there.
@@ -27,8 +27,8 @@ pub(super) struct Ports<'f> {
 }
 
 impl<'f> Members<'f> {
-    pub(super) fn of(fields: &'f [Field]) -> Self {
-        let children: Vec<&Field> = fields.iter().filter(|field| field.is_child()).collect();
+    pub(super) fn of(fields: &'f [SchemaField]) -> Self {
+        let children: Vec<&SchemaField> = fields.iter().filter(|field| field.is_child()).collect();
         let position = |name: &str| children.iter().position(|child| child.name == name);
         let mut ports = Ports::default();
         let (mut roles, mut lists, mut list_members, mut values) =

@@ -11,7 +11,7 @@ use quote::quote;
 use syn::{Data, DeriveInput, Error, Fields, Result};
 
 use self::about::{About, Kind};
-use self::field::{Field, Role};
+use self::field::{Role, SchemaField};
 use self::members::Members;
 use crate::text::c;
 
@@ -19,7 +19,7 @@ use crate::text::c;
 pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     let fields = fields(input, "schema")?;
     let about = About::of(input)?;
-    let fields = fields.iter().map(Field::of).collect::<Result<Vec<_>>>()?;
+    let fields = fields.iter().map(SchemaField::of).collect::<Result<Vec<_>>>()?;
     check(&about, &fields)?;
     Ok(implementation(&input.ident, &about, &Members::of(&fields)))
 }
@@ -133,7 +133,7 @@ fn implementation(ident: &Ident, about: &About, members: &Members<'_>) -> TokenS
 }
 
 /// Refuses mistakes that the host would otherwise refuse at loading.
-fn check(about: &About, fields: &[Field]) -> Result<()> {
+fn check(about: &About, fields: &[SchemaField]) -> Result<()> {
     let last = fields.iter().rfind(|field| field.is_child());
     for field in fields {
         let wrong = |message: String| Err(Error::new(field.span, message));
@@ -191,8 +191,8 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
 
 /// Refuses names that the host gives another meaning, and two ports of one name. The names in bundles are compared
 /// when the tables are joined.
-fn check_names(fields: &[Field]) -> Result<()> {
-    let mut seen: Vec<(String, &Field)> = Vec::new();
+fn check_names(fields: &[SchemaField]) -> Result<()> {
+    let mut seen: Vec<(String, &SchemaField)> = Vec::new();
     for field in fields {
         let wrong = |message: String| Err(Error::new(field.span, message));
         match &field.role {

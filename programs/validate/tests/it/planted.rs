@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use jde_isolation::Program;
-use jde_validate::{CHECKS, Finding, Verdict, validate};
+use jde_validate::{CHECKS, CheckResult, Finding, validate};
 use jde_watchdog::Watchdog;
 
 /// The checks, each with the offence that it is meant for. Their place is the number that `planted.c` gives the offence.
@@ -80,8 +80,8 @@ fn program() -> Program {
 
 fn failed(findings: &[Finding]) -> Vec<(&str, &str)> {
     let failed = findings.iter().filter_map(|finding| match &finding.verdict {
-        Verdict::Failed(words) => Some((finding.check, words.as_str())),
-        Verdict::Ok | Verdict::Skipped(_) => None,
+        CheckResult::Failed(words) => Some((finding.check, words.as_str())),
+        CheckResult::Ok | CheckResult::Skipped(_) => None,
     });
     failed.collect()
 }
@@ -152,6 +152,6 @@ fn only_the_chosen_checks_are_shown() {
         .iter()
         .map(|finding| (finding.check, finding.verdict.clone()))
         .collect();
-    assert_eq!(shown, [("silent", Verdict::Ok)]);
+    assert_eq!(shown, [("silent", CheckResult::Ok)]);
     assert!(validate(&file, &program(), &[String::from("loud")], TIMEOUT).is_err());
 }

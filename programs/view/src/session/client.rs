@@ -25,9 +25,9 @@ pub(crate) struct Notice {
 
 /// The outcome of an order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Outcome(Arc<OnceLock<Result<(), String>>>);
+pub(crate) struct OrderOutcome(Arc<OnceLock<Result<(), String>>>);
 
-impl Outcome {
+impl OrderOutcome {
     /// The outcome. `None` while the order is in progress, and forever if a newer order replaced it.
     pub(crate) fn get(&self) -> Option<&Result<(), String>> {
         self.0.get()
@@ -69,7 +69,7 @@ impl OrderClient {
     }
 
     /// Sends an action once, as this machine's user, and sets its outcome.
-    pub(super) fn act(&self, action: Action, outcome: &Outcome) {
+    pub(super) fn act(&self, action: Action, outcome: &OrderOutcome) {
         outcome.set(self.request(jde_link::operator(), action, None));
         self.repaint.request_repaint();
     }

@@ -28,7 +28,7 @@ use jde_timeline::{Hierarchy, Keep, Timeline};
 use jde_types::{Body, Value};
 use parking_lot::Mutex;
 
-pub(crate) use client::{Notice, Outcome};
+pub(crate) use client::{Notice, OrderOutcome};
 use inbox::Inbox;
 use orders::Orders;
 pub(crate) use panels::PanelContent;
@@ -290,7 +290,7 @@ impl WindowSession {
 
     /// Sends a gesture on a schema's panel to the schema. A newer gesture replaces a waiting slider move or
     /// unfinished drag.
-    pub(crate) fn touch(&self, schema: &str, gesture: Gesture) -> Outcome {
+    pub(crate) fn touch(&self, schema: &str, gesture: Gesture) -> OrderOutcome {
         let schema = schema.to_owned();
         self.order(Action::Touch { schema, gesture })
     }
@@ -306,7 +306,7 @@ impl WindowSession {
     }
 
     /// As [`Self::act`], and returns the outcome of this order.
-    pub(crate) fn order(&self, action: Action) -> Outcome {
+    pub(crate) fn order(&self, action: Action) -> OrderOutcome {
         self.orders.order(action)
     }
 

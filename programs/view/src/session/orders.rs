@@ -11,7 +11,7 @@ use jde_link::Remote;
 use jde_link::message::Action;
 use parking_lot::{Condvar, Mutex};
 
-use super::client::{Notice, OrderClient, Outcome};
+use super::client::{Notice, OrderClient, OrderOutcome};
 use super::queue::{Next, Order, Queue, Stop};
 use crate::stop::StopRequest;
 
@@ -65,8 +65,8 @@ impl Orders {
         self.order(action);
     }
 
-    pub(super) fn order(&self, action: Action) -> Outcome {
-        let outcome = Outcome::default();
+    pub(super) fn order(&self, action: Action) -> OrderOutcome {
+        let outcome = OrderOutcome::default();
         self.orders.push(Order::Act(action, outcome.clone()));
         outcome
     }
@@ -170,7 +170,7 @@ impl OrderInbox {
 /// The result of waiting for an order.
 enum Received {
     Send(Order, Instant),
-    Stale(Action, Outcome),
+    Stale(Action, OrderOutcome),
     Time,
     Closed,
 }
@@ -284,7 +284,7 @@ impl Worker {
     }
 
     /// Sets the outcome of an order that was not sent, and adds a notice.
-    fn give_up(&self, action: &Action, outcome: &Outcome) {
+    fn give_up(&self, action: &Action, outcome: &OrderOutcome) {
         let purpose = match action.schema() {
             "" => "to resume everything".to_owned(),
             schema => format!("for {schema}"),

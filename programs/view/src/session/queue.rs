@@ -9,7 +9,7 @@ use jde_link::message::Action;
 use jde_panel::Touch;
 use serde_json::Value;
 
-use super::client::Outcome;
+use super::client::OrderOutcome;
 use super::orders::PATIENCE;
 use crate::stop::StopRequest;
 
@@ -23,7 +23,7 @@ const INTERVAL: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub(super) enum Order {
     /// An action to send once.
-    Act(Action, Outcome),
+    Act(Action, OrderOutcome),
     /// An action to hold for as long as it is ordered again.
     Hold(Action),
     /// Ends the hold on this schema.
@@ -36,7 +36,7 @@ pub(super) enum Order {
 #[derive(Debug)]
 pub(super) enum Stop {
     /// Of a schema.
-    Schema(Action, Outcome),
+    Schema(Action, OrderOutcome),
     /// Of everything, to be sent until it is acknowledged.
     Everything(Arc<StopRequest>),
 }
@@ -56,7 +56,7 @@ pub(super) enum Next {
     /// Send this order, which was added at this time.
     Send(Order, Instant),
     /// Give up this order: it waited too long.
-    Stale(Action, Outcome),
+    Stale(Action, OrderOutcome),
     /// Wait until this time, or until an order is added.
     Wait(Option<Instant>),
 }
@@ -302,7 +302,7 @@ mod tests {
     }
 
     fn act(action: Action) -> Order {
-        Order::Act(action, Outcome::default())
+        Order::Act(action, OrderOutcome::default())
     }
 
     fn play(schema: &str) -> Order {

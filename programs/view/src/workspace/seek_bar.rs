@@ -9,7 +9,7 @@ use jde_link::message::Action;
 use jde_types::{Flag, Text};
 use serde_json::json;
 
-use crate::session::{Outcome, STEERING, WindowSession};
+use crate::session::{OrderOutcome, STEERING, WindowSession};
 use crate::tap::tap;
 
 const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
@@ -30,7 +30,7 @@ pub(super) struct SeekBar {
 struct Seek {
     /// In s.
     place: f64,
-    outcome: Outcome,
+    outcome: OrderOutcome,
     /// When the order was accepted.
     accepted: Option<Instant>,
 }
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_position_of_before_the_jump_does_not_move_the_slider_back() {
-        let outcome = Outcome::default();
+        let outcome = OrderOutcome::default();
         let mut seek = Seek {
             place: 95.0,
             outcome: outcome.clone(),
@@ -200,7 +200,7 @@ mod tests {
             seek.is_over(52.0, 1.0, now + PATIENCE * 2),
             "it was told to jump elsewhere"
         );
-        let refused = Outcome::default();
+        let refused = OrderOutcome::default();
         refused.set(Err("it is at an end".to_owned()));
         assert!(
             Seek {

@@ -9,7 +9,7 @@ use jde_types::LaserScan;
 use crate::boosting::Example;
 
 /// What a beam meets.
-enum Shape {
+enum SceneShape {
     Line([[f64; 2]; 2]),
     /// Middle, semi-axes, and the angle of the first.
     Ellipse([f64; 2], [f64; 2], f64),
@@ -17,7 +17,7 @@ enum Shape {
 
 struct Scene {
     /// What there is, and whether it is a leg.
-    shapes: Vec<(Shape, bool)>,
+    shapes: Vec<(SceneShape, bool)>,
 }
 
 /// The lasers: the angle that they see, beams, and noise, degrees and m.
@@ -111,7 +111,7 @@ impl Scene {
     }
 
     fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
-        self.shapes.push((Shape::Line([from, to]), false));
+        self.shapes.push((SceneShape::Line([from, to]), false));
     }
 
     /// A rectangle.
@@ -136,7 +136,7 @@ impl Scene {
 
     fn round(&mut self, middle: [f64; 2], radius: f64) {
         self.shapes
-            .push((Shape::Ellipse(middle, [radius; 2], 0.0), false));
+            .push((SceneShape::Ellipse(middle, [radius; 2], 0.0), false));
     }
 
     fn furniture(&mut self, middle: [f64; 2], random: &mut Rng) {
@@ -183,7 +183,8 @@ impl Scene {
         let (sin, cos) = heading.sin_cos();
         if random.usize(..12) == 0 {
             let axes = [between(random, 0.12, 0.18), between(random, 0.15, 0.25)];
-            self.shapes.push((Shape::Ellipse([x, y], axes, heading), true));
+            self.shapes
+                .push((SceneShape::Ellipse([x, y], axes, heading), true));
             return;
         }
         let (aside, stride) = (between(random, 0.06, 0.15), between(random, -0.3, 0.3));
@@ -192,7 +193,8 @@ impl Scene {
             let (ahead, left) = (side * stride, side * aside);
             let middle = [x + ahead * cos - left * sin, y + ahead * sin + left * cos];
             let turned = heading + between(random, -0.4, 0.4);
-            self.shapes.push((Shape::Ellipse(middle, axes, turned), true));
+            self.shapes
+                .push((SceneShape::Ellipse(middle, axes, turned), true));
         }
     }
 
@@ -242,7 +244,7 @@ impl Scene {
     }
 }
 
-impl Shape {
+impl SceneShape {
     /// Returns how far a ray from the origin goes until it meets the shape.
     fn hit(&self, cos: f64, sin: f64) -> Option<f64> {
         match *self {

@@ -9,7 +9,7 @@ use jde_abi::host::Host as _;
 use jde_abi::raw;
 use jde_core::{Id, SchemaId};
 use jde_isolation::launch::{Launch, send_files};
-use jde_isolation::messages::{Bytes, Call, Changes, Done, FromChild, Function, Outcome, Reply, ToChild};
+use jde_isolation::messages::{Bytes, Call, Changes, Done, FromChild, Function, Reply, Returned, ToChild};
 use jde_isolation::process::Process;
 use jde_isolation::wire::Wire;
 use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
@@ -45,7 +45,7 @@ impl IsolatedInstance {
                 Ok((raw::OK, _)) => Ok(instance),
                 Ok((_, outcome)) => {
                     instance.terminate(call.engine, call.number);
-                    let Outcome::Refused(reason) = outcome else {
+                    let Returned::Refused(reason) = outcome else {
                         return Err(None);
                     };
                     Err(Some(reason))
@@ -91,7 +91,7 @@ impl IsolatedInstance {
         query: &ArbitrationQuery,
     ) -> (i32, Verdict) {
         let (status, outcome) = self.invoke(call, Function::Arbitrate(query.clone()));
-        let Outcome::Arbitrated(verdict) = outcome else {
+        let Returned::Arbitrated(verdict) = outcome else {
             return (status, Verdict::default());
         };
         (status, verdict)
@@ -106,7 +106,7 @@ impl IsolatedInstance {
 
     pub(crate) fn draw(&mut self, call: &mut CallContext<'_>) -> (i32, Result<List, String>) {
         let (status, outcome) = self.invoke(call, Function::Draw);
-        let Outcome::Drawn(Bytes(list)) = outcome else {
+        let Returned::Drawn(Bytes(list)) = outcome else {
             return (status, Err(String::from("its process has drawn nothing")));
         };
         let list = jde_panel::decode::<Result<List, String>>(&list);
@@ -128,7 +128,7 @@ impl IsolatedInstance {
 
     pub(crate) fn save(&mut self, call: &mut CallContext<'_>) -> (i32, Result<Vec<u8>, String>) {
         let (status, outcome) = self.invoke(call, Function::Save);
-        let Outcome::Saved(memory) = outcome else {
+        let Returned::Saved(memory) = outcome else {
             return (status, Err(String::from("its process has saved nothing")));
         };
         let memory = memory.and_then(|Bytes(memory)| match memory.len() as u64 <= raw::STATE_MOST {
@@ -223,7 +223,7 @@ impl IsolatedInstance {
         };
         let refused = match reply {
             Ok((raw::OK, outcome)) => {
-                if let Outcome::Started(unset_limits) = outcome {
+                if let Returned::Started(unset_limits) = outcome {
                     engine.warn_unset_limits(number, &unset_limits);
                 }
                 return Ok(instance);
@@ -243,10 +243,10 @@ impl IsolatedInstance {
     }
 
     /// One call: its status and what the function returned. A death is returned as a failure; the caller handles it.
-    fn invoke(&mut self, call: &mut CallContext<'_>, function: Function) -> (i32, Outcome) {
+    fn invoke(&mut self, call: &mut CallContext<'_>, function: Function) -> (i32, Returned) {
         self.try_invoke(call, function).unwrap_or_else(|cause| {
             call.failure = Some(cause);
-            (raw::FAILED, Outcome::Nothing)
+            (raw::FAILED, Returned::Nothing)
         })
     }
 
@@ -258,7 +258,7 @@ impl IsolatedInstance {
         &mut self,
         call: &mut CallContext<'_>,
         function: Function,
-    ) -> Result<(i32, Outcome), String> {
+    ) -> Result<(i32, Returned), String> {
         self.process.begin_call()?;
         call.engine.processes.mark_called(call.number, &self.process);
         let message = Call {
@@ -387,8 +387,8 @@ impl IsolatedInstance {
     }
 }
 
-fn checked((status, outcome): (i32, Outcome)) -> (i32, bool, f64) {
-    let Outcome::Checked { ready, urgency } = outcome else {
+fn checked((status, outcome): (i32, Returned)) -> (i32, bool, f64) {
+    let Returned::Checked { ready, urgency } = outcome else {
         return (status, false, 0.0);
     };
     (status, ready, urgency)

@@ -8,7 +8,7 @@ use jde_types::{Frame, Header, LaserScan, Seq, Text, Time, Twist, Value, Vector3
 use proptest::prelude::*;
 
 use super::*;
-use crate::random::{Shape, of_fields, types};
+use crate::random::{Multiplicity, of_fields, types};
 
 /// Checks both directions: encoding gives the message, and decoding gives the value.
 fn assert_message<T: Value + PartialEq + Debug>(value: &T, expected: &[u8]) {
@@ -113,7 +113,7 @@ fn decoding_in_place_replaces_the_whole_value() {
 
 #[test]
 fn an_empty_sequence_has_no_alignment_gap() {
-    let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::F64), Shape::Sequence(2))]);
+    let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::F64), Multiplicity::Sequence(2))]);
     let mut message = Vec::new();
     encode(&value_type, &vec![0; value_type.bytes], &mut message);
     assert_eq!(message, [0, 1, 0, 0, 0, 0, 0, 0]);
@@ -131,7 +131,7 @@ fn a_structure_without_fields_is_one_byte() {
 
 #[test]
 fn invalid_lengths_and_letters_are_replaced() {
-    let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::U8), Shape::Text(4))]);
+    let value_type = of_fields(vec![(FieldKind::Scalar(Scalar::U8), Multiplicity::Text(4))]);
     let mut invalid = vec![0xff; value_type.bytes];
     invalid[value_type.fields[0].offset..][..4].copy_from_slice(b"a\xffcd");
     let mut message = Vec::new();

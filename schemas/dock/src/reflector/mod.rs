@@ -7,7 +7,7 @@ mod shape;
 use jde_schema::prelude::*;
 use jde_schema::types::PoseStamped;
 
-use shape::{Bright, Shape};
+use shape::{Bright, ReflectorShape};
 
 /// Most things that may be strips. More are noise, and would cost more than its budget.
 const MAX_CANDIDATES: usize = 64;
@@ -139,7 +139,7 @@ impl Reflector {
             ));
         }
         let strips = self.strips.get(cx);
-        let shape = Shape {
+        let shape = ReflectorShape {
             offsets: &strips.offsets,
             width: self.width.get(cx),
             tolerance: self.tolerance.get(cx),

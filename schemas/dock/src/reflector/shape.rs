@@ -27,7 +27,7 @@ pub(crate) struct Bright {
 
 /// A reflector.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shape<'a> {
+pub(crate) struct ReflectorShape<'a> {
     /// The places of the strips along its own y, ascending, m.
     pub(crate) offsets: &'a [f64],
     /// Of a strip, m.
@@ -89,7 +89,7 @@ pub(crate) fn bright(scan: &LaserScan, least: f64, range: f64) -> Vec<Bright> {
     things
 }
 
-impl Shape<'_> {
+impl ReflectorShape<'_> {
     /// Returns whether a thing may be as wide as a strip.
     pub(crate) fn is_strip(&self, thing: &Bright) -> bool {
         let most = thing.extent + 2.0 * thing.spacing;

@@ -4,7 +4,9 @@
 mod ports;
 
 use jde_grid::{Geometry, GeometryError, OccupancyGrid as Grid};
-use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
+use jde_mcl::{
+    Beams, Doubt, LikelihoodField, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State,
+};
 use jde_motion::{OdometryHistory, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::{Body, Start};
@@ -324,9 +326,9 @@ impl Mcl {
 }
 
 /// Prepares the map of a message.
-fn field(map: &OccupancyGrid) -> Result<Field, GeometryError> {
+fn field(map: &OccupancyGrid) -> Result<LikelihoodField, GeometryError> {
     let (info, origin) = (&map.info, Pose2D::from(map.info.origin));
     let origin = (origin.x, origin.y, origin.theta);
     let geometry = Geometry::new(info.width, info.height, info.resolution.into(), origin)?;
-    Ok(Field::new(&Grid::from_ros(geometry, &map.data)?))
+    Ok(LikelihoodField::new(&Grid::from_ros(geometry, &map.data)?))
 }

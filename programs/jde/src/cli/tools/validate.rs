@@ -12,7 +12,7 @@ use jde_session::cli::{print_json, print_value};
 use jde_session::load;
 use jde_terminal as terminal;
 use jde_terminal::{BAD, FAINT, GOOD, TITLE};
-use jde_validate::{CHECKS, Finding, ValidationError, Verdict, validate};
+use jde_validate::{CHECKS, CheckResult, Finding, ValidationError, validate};
 
 use crate::failure::{Failure, display_path};
 use crate::{child, complete};
@@ -74,7 +74,7 @@ impl Validate {
                 }
             })?;
         print_value(self.json, &findings, |findings, out| write(&file, findings, out))?;
-        let is_failed = |finding: &Finding| matches!(finding.verdict, Verdict::Failed(_));
+        let is_failed = |finding: &Finding| matches!(finding.verdict, CheckResult::Failed(_));
         match findings.iter().any(is_failed) {
             true => Err(Failure::Promise),
             false => Ok(()),
@@ -120,14 +120,14 @@ fn write(file: &Path, findings: &[Finding], out: &mut dyn Write) -> io::Result<(
         }
         let check = finding.check;
         match &finding.verdict {
-            Verdict::Ok => writeln!(out, "{GOOD}ok     {GOOD:#} {check}")?,
-            Verdict::Failed(words) => writeln!(out, "{BAD}failed {BAD:#} {check}: {words}")?,
-            Verdict::Skipped(words) => writeln!(out, "{FAINT}skipped {check}: {words}{FAINT:#}")?,
+            CheckResult::Ok => writeln!(out, "{GOOD}ok     {GOOD:#} {check}")?,
+            CheckResult::Failed(words) => writeln!(out, "{BAD}failed {BAD:#} {check}: {words}")?,
+            CheckResult::Skipped(words) => writeln!(out, "{FAINT}skipped {check}: {words}{FAINT:#}")?,
         }
     }
-    let count = |is: fn(&Verdict) -> bool| findings.iter().filter(|finding| is(&finding.verdict)).count();
-    let ok = count(|verdict| matches!(verdict, Verdict::Ok));
-    let failed = count(|verdict| matches!(verdict, Verdict::Failed(_)));
+    let count = |is: fn(&CheckResult) -> bool| findings.iter().filter(|finding| is(&finding.verdict)).count();
+    let ok = count(|verdict| matches!(verdict, CheckResult::Ok));
+    let failed = count(|verdict| matches!(verdict, CheckResult::Failed(_)));
     writeln!(out)?;
     writeln!(
         out,

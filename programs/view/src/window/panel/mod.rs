@@ -20,7 +20,7 @@ use jde_records::snapshot::HoldKind;
 use jde_records::wire::state_name;
 
 use super::{Window, body};
-use crate::session::{Outcome, WindowSession};
+use crate::session::{OrderOutcome, WindowSession};
 use crate::style::{self, Style};
 use layout::ListLayout;
 use state::PanelState;
@@ -42,7 +42,7 @@ pub(crate) struct Panel {
     /// The corners of the schema's robot, in its own frame.
     outline: Vec<[f64; 2]>,
     /// The outcome of the last gesture.
-    outcome: Outcome,
+    outcome: OrderOutcome,
 }
 
 /// The content to show.
@@ -65,7 +65,7 @@ impl Panel {
             kept: PanelState::read(kept),
             newest: None,
             outline: Vec::new(),
-            outcome: Outcome::default(),
+            outcome: OrderOutcome::default(),
         }
     }
 

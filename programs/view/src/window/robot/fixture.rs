@@ -9,7 +9,7 @@ use jde_types::{
 };
 
 use super::plane::Plane;
-use super::reading::{Freshness, NoReading, Reading};
+use super::reading::{Freshness, NoReading, VariableState};
 use super::sensors::Sensors;
 use super::table;
 use crate::style::Style;
@@ -50,7 +50,7 @@ impl FixedRobot {
                     ..WheelEncoders::default()
                 },
             ),
-            head: Reading::None(
+            head: VariableState::None(
                 "pioneer.pan_tilt".to_owned(),
                 NoReading::Silent("pioneer".to_owned()),
             ),
@@ -75,7 +75,7 @@ impl FixedRobot {
             let place = [pose.x - distance * turn.cos(), pose.y - distance * turn.sin()];
             senses.trail.add(u64::from(step), place);
         }
-        if let Reading::Present(_, fresh) = &mut senses.sonars {
+        if let VariableState::Present(_, fresh) = &mut senses.sonars {
             (fresh.age, fresh.stale) = (3.4, true);
         }
         Self {
@@ -163,12 +163,12 @@ fn bumpers() -> Bumpers {
     bumpers
 }
 
-fn reading<T>(variable: &str, value: T) -> Reading<T> {
+fn reading<T>(variable: &str, value: T) -> VariableState<T> {
     let fresh = Freshness {
         name: format!("pioneer.{variable}"),
         age: 0.1,
         stale: false,
         asleep: None,
     };
-    Reading::Present(value, fresh)
+    VariableState::Present(value, fresh)
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use eframe::egui::{self, TextureHandle, TextureOptions, Ui, Vec2};
 use jde_link::Rate;
 
-use super::reading::{Reading, sampled};
+use super::reading::{VariableState, sampled};
 use crate::picture::{self, Picture};
 use crate::session::WindowSession;
 use crate::style::{self, Style};
@@ -33,14 +33,14 @@ impl Pictures {
             .find(|variable| variable.name == camera);
         let reading = sampled(session, variable, RATE);
         let (sample, fresh) = match &reading {
-            Reading::Present(sample, fresh) => (sample, fresh),
-            Reading::None(name, reason) => {
+            VariableState::Present(sample, fresh) => (sample, fresh),
+            VariableState::None(name, reason) => {
                 self.shown.remove(camera);
                 ui.weak(format!("{name}: {}", reason.message()));
                 super::table::play(ui, session, reading.sleeper());
                 return;
             }
-            Reading::Absent => return,
+            VariableState::Absent => return,
         };
         let shown = self
             .shown

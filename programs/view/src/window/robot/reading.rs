@@ -16,7 +16,7 @@ const SILENT: f64 = 1.0;
 
 /// The state of a variable.
 #[derive(Clone, Debug, Default)]
-pub(super) enum Reading<T> {
+pub(super) enum VariableState<T> {
     /// The application has no such variable.
     #[default]
     Absent,
@@ -54,7 +54,7 @@ pub(super) struct Freshness {
     pub(super) asleep: Option<String>,
 }
 
-impl<T> Reading<T> {
+impl<T> VariableState<T> {
     /// The value, of any age.
     pub(super) fn value(&self) -> Option<&T> {
         match self {
@@ -85,13 +85,13 @@ impl<T> Reading<T> {
         }
     }
 
-    fn map<U>(self, convert: impl FnOnce(T) -> Option<U>) -> Reading<U> {
+    fn map<U>(self, convert: impl FnOnce(T) -> Option<U>) -> VariableState<U> {
         match self {
-            Self::Absent => Reading::Absent,
-            Self::None(name, reason) => Reading::None(name, reason),
+            Self::Absent => VariableState::Absent,
+            Self::None(name, reason) => VariableState::None(name, reason),
             Self::Present(value, fresh) => match convert(value) {
-                Some(value) => Reading::Present(value, fresh),
-                None => Reading::None(fresh.name, NoReading::Trouble("it has another type".to_owned())),
+                Some(value) => VariableState::Present(value, fresh),
+                None => VariableState::None(fresh.name, NoReading::Trouble("it has another type".to_owned())),
             },
         }
     }
@@ -121,12 +121,12 @@ impl Freshness {
     }
 }
 
-/// The newest value of a variable; [`Reading::Absent`] for `None`. Call in each frame.
+/// The newest value of a variable; [`VariableState::Absent`] for `None`. Call in each frame.
 pub(super) fn read<T: Value>(
     session: &WindowSession,
     variable: Option<&VariableInfo>,
     rate: Rate,
-) -> Reading<T> {
+) -> VariableState<T> {
     sampled(session, variable, rate).map(|sample| T::from_bytes(sample.bytes.as_deref()?))
 }
 
@@ -135,9 +135,9 @@ pub(super) fn sampled(
     session: &WindowSession,
     variable: Option<&VariableInfo>,
     rate: Rate,
-) -> Reading<std::sync::Arc<Sample>> {
+) -> VariableState<std::sync::Arc<Sample>> {
     let Some(VariableInfo { name, owner, .. }) = variable else {
-        return Reading::Absent;
+        return VariableState::Absent;
     };
     let view = session.view(owner);
     let sleeps = view.is_some_and(|view| view.state == State::Slept);
@@ -147,7 +147,7 @@ pub(super) fn sampled(
             Some(trouble) => NoReading::Trouble(trouble),
             None => NoReading::Waiting,
         };
-        return Reading::None(name.clone(), reason);
+        return VariableState::None(name.clone(), reason);
     };
     if sample.bytes.is_none() {
         // A driver that has run without a value for it may lack the sensor, whether or not it sleeps now.
@@ -158,7 +158,7 @@ pub(super) fn sampled(
             None if sample.sequence == 0 => NoReading::Never(owner.clone()),
             None => NoReading::Silent(owner.clone()),
         };
-        return Reading::None(name.clone(), reason);
+        return VariableState::None(name.clone(), reason);
     }
     // Without snapshots, `now` does not advance, so the silence is added to the age.
     let silent = session.silent().as_secs_f64();
@@ -171,7 +171,7 @@ pub(super) fn sampled(
         stale: session.is_gone() || silent > 0.0 || age > SOONEST.max(PERIODS * period),
         asleep,
     };
-    Reading::Present(sample, fresh)
+    VariableState::Present(sample, fresh)
 }
 
 /// Formats an age in s.

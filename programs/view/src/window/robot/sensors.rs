@@ -9,7 +9,7 @@ use jde_types::{
 
 use super::super::body::outline;
 use super::super::trail::Trail;
-use super::reading::{Reading, read};
+use super::reading::{VariableState, read};
 use crate::session::WindowSession;
 
 /// Rate of values that are drawn.
@@ -45,18 +45,18 @@ pub(super) struct Sensors {
     pub(super) outline: Vec<[f64; 2]>,
     /// Where the laser is on the robot.
     pub(super) mount: Pose2D,
-    pub(super) odometry: Reading<Odometry>,
-    pub(super) laser: Reading<Box<LaserScan>>,
-    pub(super) sonars: Reading<RangeRing>,
-    pub(super) bumpers: Reading<Bumpers>,
-    pub(super) line: Reading<LineSensor>,
-    pub(super) imu: Reading<Imu>,
-    pub(super) position: Reading<PositionFix>,
-    pub(super) battery: Reading<BatteryState>,
-    pub(super) encoders: Reading<WheelEncoders>,
-    pub(super) head: Reading<PanTilt>,
+    pub(super) odometry: VariableState<Odometry>,
+    pub(super) laser: VariableState<Box<LaserScan>>,
+    pub(super) sonars: VariableState<RangeRing>,
+    pub(super) bumpers: VariableState<Bumpers>,
+    pub(super) line: VariableState<LineSensor>,
+    pub(super) imu: VariableState<Imu>,
+    pub(super) position: VariableState<PositionFix>,
+    pub(super) battery: VariableState<BatteryState>,
+    pub(super) encoders: VariableState<WheelEncoders>,
+    pub(super) head: VariableState<PanTilt>,
     /// The last command to the base, while it is in force.
-    pub(super) commanded: Reading<Twist>,
+    pub(super) commanded: VariableState<Twist>,
     /// The current target of a running mission.
     pub(super) target: Option<Pose2D>,
     /// The path that the robot has driven.
@@ -113,7 +113,7 @@ impl Sensors {
         self.head = read(session, sensor::<PanTilt>(session, body, &bodies), DRAWN_RATE);
         self.commanded = commanded(session, body);
         let mission = session.exports::<Mission>().next();
-        let mission: Reading<Mission> = read(session, mission, NUMBER_RATE);
+        let mission: VariableState<Mission> = read(session, mission, NUMBER_RATE);
         self.target = mission
             .value()
             .filter(|mission| mission.state == Mission::RUNNING && mission.total > 0)
@@ -167,25 +167,25 @@ fn sensor<'a, T: Value>(
 }
 
 /// The command to the base that is in force.
-fn commanded(session: &WindowSession, body: &str) -> Reading<Twist> {
+fn commanded(session: &WindowSession, body: &str) -> VariableState<Twist> {
     let twist = Twist::describe().name;
     let command = session.variables().iter().find(|variable| {
         variable.access == "command" && variable.owner == body && variable.type_name == twist
     });
     let sample = super::reading::sampled(session, command, DRAWN_RATE);
     // An expired command is not in force: the driver takes the neutral value, which no schema sends.
-    if let Reading::Present(newest, _) = &sample
+    if let VariableState::Present(newest, _) = &sample
         && (newest.valid_until as f64 / 1e9) < session.now()
     {
-        return Reading::Absent;
+        return VariableState::Absent;
     }
     read(session, command, DRAWN_RATE)
 }
 
-fn boxed<T>(reading: Reading<T>) -> Reading<Box<T>> {
+fn boxed<T>(reading: VariableState<T>) -> VariableState<Box<T>> {
     match reading {
-        Reading::Absent => Reading::Absent,
-        Reading::None(name, reason) => Reading::None(name, reason),
-        Reading::Present(value, fresh) => Reading::Present(Box::new(value), fresh),
+        VariableState::Absent => VariableState::Absent,
+        VariableState::None(name, reason) => VariableState::None(name, reason),
+        VariableState::Present(value, fresh) => VariableState::Present(Box::new(value), fresh),
     }
 }

@@ -9,7 +9,7 @@ use jde_types::{
     WheelEncoders,
 };
 
-use super::reading::{Freshness, NoReading, Reading};
+use super::reading::{Freshness, NoReading, VariableState};
 use super::sensors::Sensors;
 use crate::session::WindowSession;
 use crate::style::{self, Style};
@@ -39,7 +39,7 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession
                     speed(&odometry.twist.twist, style),
                 );
             });
-            if let Reading::Present(twist, _) = &senses.commanded {
+            if let VariableState::Present(twist, _) = &senses.commanded {
                 ui.label("Commanded")
                     .on_hover_text("The command to the base that is in force");
                 ui.colored_label(style::color_of(Ink::Accent, style), speed(twist, style));
@@ -132,13 +132,13 @@ impl Rows<'_> {
         ui: &mut Ui,
         name: &str,
         sensor: &'static str,
-        reading: &Reading<T>,
+        reading: &VariableState<T>,
         show: impl FnOnce(&mut Ui, &T),
     ) {
         match reading {
-            Reading::Absent | Reading::None(..) if sensor.is_empty() => {}
-            Reading::Absent | Reading::None(_, NoReading::Never(_)) => self.absent.push(sensor),
-            Reading::None(variable, reason) => {
+            VariableState::Absent | VariableState::None(..) if sensor.is_empty() => {}
+            VariableState::Absent | VariableState::None(_, NoReading::Never(_)) => self.absent.push(sensor),
+            VariableState::None(variable, reason) => {
                 ui.label(name).on_hover_text(variable);
                 ui.horizontal(|ui| {
                     ui.weak(reason.message());
@@ -148,7 +148,7 @@ impl Rows<'_> {
                 });
                 ui.end_row();
             }
-            Reading::Present(value, fresh) => {
+            VariableState::Present(value, fresh) => {
                 ui.label(name).on_hover_text(&fresh.name);
                 ui.scope(|ui| {
                     if fresh.stale {

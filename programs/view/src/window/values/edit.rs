@@ -12,7 +12,7 @@ use serde_json::json;
 use super::cell;
 use super::rows::{Leaf, ValueRow};
 use super::variable::VariableState;
-use crate::session::{Outcome, WindowSession};
+use crate::session::{OrderOutcome, WindowSession};
 use crate::style::{self, Style};
 
 /// The state of editing one value.
@@ -23,7 +23,7 @@ pub(super) struct Edit {
     /// The value that the slider ordered, and the sequence number then. It is shown until the order is
     /// accepted or a newer value arrives.
     ordered: Option<(f64, u64)>,
-    outcome: Outcome,
+    outcome: OrderOutcome,
     error: Option<String>,
 }
 

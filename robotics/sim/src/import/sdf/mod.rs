@@ -42,7 +42,7 @@ struct Solid {
     is_static: bool,
 }
 
-struct Reader<'a> {
+struct SdfReader<'a> {
     path: &'a Path,
     models: Models,
     /// The included files that are being read.
@@ -82,7 +82,7 @@ pub(super) fn read(
     stem: String,
     folders: &[PathBuf],
 ) -> Result<ImportedWorld, Faults> {
-    let mut reader = Reader {
+    let mut reader = SdfReader {
         path,
         models: Models::new(folders),
         open: Vec::new(),
@@ -105,7 +105,7 @@ pub(super) fn read(
     }
 }
 
-impl Reader<'_> {
+impl SdfReader<'_> {
     /// Reads the file, and returns the name of the world.
     fn file(&mut self, text: &str, stem: &str) -> Result<String, Fault> {
         let fault = |line, message| Fault::at_line(self.path, line, message);

@@ -19,7 +19,7 @@ const CORNERS: usize = 32;
 
 /// A shape with its sizes, m. The axis of a round one is z, and the middle of its length is the origin.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum Primitive {
     Box([f64; 3]),
     Cylinder {
         radius: f64,
@@ -59,7 +59,7 @@ pub(super) enum Plan {
     Outline(Vec<[f64; 2]>),
 }
 
-impl Shape {
+impl Primitive {
     /// Returns what a robot meets and its height above the floor, or why it meets nothing.
     pub(super) fn seen(&self, pose: Pose3) -> Result<(Plan, f64), String> {
         let numbers = self.sizes();
@@ -279,7 +279,7 @@ mod tests {
 
     use super::*;
 
-    fn seen(shape: Shape, at: [f64; 3], angles: [f64; 3]) -> Result<(Plan, f64), String> {
+    fn seen(shape: Primitive, at: [f64; 3], angles: [f64; 3]) -> Result<(Plan, f64), String> {
         shape.seen(Pose3::euler(at, angles))
     }
 
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn boxes_that_lie_on_any_side_are_boxes() {
         let (plan, top) = seen(
-            Shape::Box([1.0, 2.0, 3.0]),
+            Primitive::Box([1.0, 2.0, 3.0]),
             [5.0, 6.0, 0.5],
             [FRAC_PI_2, 0.0, 0.25],
         )
@@ -313,7 +313,7 @@ mod tests {
         // A plank of 4 m that rises by 45 degrees from the floor at x = 0.
         let at = 2.0 * FRAC_PI_2.sin() / 2.0_f64.sqrt();
         let (plan, _) = seen(
-            Shape::Box([4.0, 1.0, 0.01]),
+            Primitive::Box([4.0, 1.0, 0.01]),
             [at, 0.0, at],
             [0.0, -FRAC_PI_2 / 2.0, 0.0],
         )
@@ -333,20 +333,23 @@ mod tests {
             Ok((Plan::Circle { radius, .. }, _)) => radius,
             other => panic!("{other:?}"),
         };
-        assert_near(&[radius(Shape::Sphere(0.5), 0.5)], &[0.5]);
-        assert_near(&[radius(Shape::Sphere(5.0), 5.0)], &[(25.0f64 - 20.25).sqrt()]);
-        assert_near(&[radius(Shape::Sphere(1.0), -0.6)], &[0.8]);
-        let cone = Shape::Cone {
+        assert_near(&[radius(Primitive::Sphere(0.5), 0.5)], &[0.5]);
+        assert_near(
+            &[radius(Primitive::Sphere(5.0), 5.0)],
+            &[(25.0f64 - 20.25).sqrt()],
+        );
+        assert_near(&[radius(Primitive::Sphere(1.0), -0.6)], &[0.8]);
+        let cone = Primitive::Cone {
             radius: 1.0,
             length: 2.0,
         };
         assert_near(&[radius(cone.clone(), 1.0), radius(cone, 0.0)], &[1.0, 0.5]);
-        let capsule = Shape::Capsule {
+        let capsule = Primitive::Capsule {
             radius: 0.3,
             length: 1.0,
         };
         assert_near(&[radius(capsule, 0.8)], &[0.3]);
-        let cylinder = Shape::Cylinder {
+        let cylinder = Primitive::Cylinder {
             radius: 0.2,
             length: 2.0,
         };
@@ -356,7 +359,7 @@ mod tests {
         };
         assert_near(&[size[0], size[1], angle, top], &[2.0, 0.4, FRAC_PI_2, 0.4]);
         let Ok((Plan::Outline(points), _)) =
-            seen(Shape::Ellipsoid([1.0, 0.5, 0.4]), [0.0, 0.0, 0.4], [0.0; 3])
+            seen(Primitive::Ellipsoid([1.0, 0.5, 0.4]), [0.0, 0.0, 0.4], [0.0; 3])
         else {
             panic!("an ellipsoid is an outline")
         };
@@ -367,16 +370,22 @@ mod tests {
     #[test]
     fn what_nobody_meets_says_why() {
         let reason = |shape, z| seen(shape, [0.0, 0.0, z], [0.0; 3]).unwrap_err();
-        assert_eq!(reason(Shape::Sphere(0.1), 2.0), "it is 1.90 m above the floor");
         assert_eq!(
-            reason(Shape::Box([1.0; 3]), -0.5),
+            reason(Primitive::Sphere(0.1), 2.0),
+            "it is 1.90 m above the floor"
+        );
+        assert_eq!(
+            reason(Primitive::Box([1.0; 3]), -0.5),
             "it does not rise above the floor"
         );
         assert_eq!(
-            reason(Shape::Box([1.0, -1.0, 1.0]), 0.5),
+            reason(Primitive::Box([1.0, -1.0, 1.0]), 0.5),
             "its size is not above 0"
         );
-        assert_eq!(reason(Shape::Sphere(f64::NAN), 0.5), "its size is not above 0");
-        assert_eq!(reason(Shape::Sphere(1e9), 0.5), "it is beyond 10 km");
+        assert_eq!(
+            reason(Primitive::Sphere(f64::NAN), 0.5),
+            "its size is not above 0"
+        );
+        assert_eq!(reason(Primitive::Sphere(1e9), 0.5), "it is beyond 10 km");
     }
 }

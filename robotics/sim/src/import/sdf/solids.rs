@@ -4,11 +4,11 @@ use jde_document::Fault;
 
 use super::super::writer::{DraftBox, DraftWall};
 use super::pose3::Pose3;
-use super::shapes::{FAR, Plan, Shape};
+use super::shapes::{FAR, Plan, Primitive};
 use super::xml::Node;
-use super::{Reader, Solid, unused, values};
+use super::{SdfReader, Solid, unused, values};
 
-impl Reader<'_> {
+impl SdfReader<'_> {
     /// Places a collision in the world.
     pub(super) fn place(&mut self, solid: &Solid) -> Result<(), Fault> {
         let Solid { node, stated, .. } = solid;
@@ -43,20 +43,20 @@ impl Reader<'_> {
     fn shape(&mut self, node: &Node, pose: Pose3, solid: &Solid) -> Result<(), Fault> {
         let name = &solid.name;
         let read = match node.name() {
-            "box" => self.size(node, "size", [1.0; 3], name).map(Shape::Box),
+            "box" => self.size(node, "size", [1.0; 3], name).map(Primitive::Box),
             "sphere" => self
                 .size(node, "radius", [1.0], name)
-                .map(|[radius]| Shape::Sphere(radius)),
-            "ellipsoid" => self.size(node, "radii", [1.0; 3], name).map(Shape::Ellipsoid),
+                .map(|[radius]| Primitive::Sphere(radius)),
+            "ellipsoid" => self.size(node, "radii", [1.0; 3], name).map(Primitive::Ellipsoid),
             "cylinder" | "capsule" | "cone" => {
                 let default = if node.name() == "cylinder" { 1.0 } else { 0.5 };
                 let length = self.size(node, "length", [1.0], name);
                 self.size(node, "radius", [default], name)
                     .zip(length)
                     .map(|([radius], [length])| match node.name() {
-                        "cylinder" => Shape::Cylinder { radius, length },
-                        "capsule" => Shape::Capsule { radius, length },
-                        _ => Shape::Cone { radius, length },
+                        "cylinder" => Primitive::Cylinder { radius, length },
+                        "capsule" => Primitive::Capsule { radius, length },
+                        _ => Primitive::Cone { radius, length },
                     })
             }
             "polyline" => self.polyline(node, name)?,
@@ -147,7 +147,7 @@ impl Reader<'_> {
         numbers
     }
 
-    fn polyline(&mut self, node: &Node, name: &str) -> Result<Option<Shape>, Fault> {
+    fn polyline(&mut self, node: &Node, name: &str) -> Result<Option<Primitive>, Fault> {
         let mut points = Vec::new();
         for point in node.children_named("point") {
             self.work(&point)?;
@@ -162,6 +162,6 @@ impl Reader<'_> {
             }
         }
         let height = self.size(node, "height", [1.0], name);
-        Ok(height.map(|[height]| Shape::Prism { points, height }))
+        Ok(height.map(|[height]| Primitive::Prism { points, height }))
     }
 }

@@ -8,7 +8,7 @@ use super::models::Missing;
 use super::population::Places;
 use super::pose3::Pose3;
 use super::xml::{Node, ROOTS};
-use super::{Reader, Solid, unused, values};
+use super::{SdfReader, Solid, unused, values};
 
 /// Models that are within each other; what is more would need a larger stack.
 const MAX_NESTED: usize = 64;
@@ -40,7 +40,7 @@ pub(super) struct Context<'a> {
     pub(super) saved: Option<&'a Node>,
 }
 
-impl Reader<'_> {
+impl SdfReader<'_> {
     /// Reads the parts of a world, or of a model of this name.
     pub(super) fn parts(
         &mut self,

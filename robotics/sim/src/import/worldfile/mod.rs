@@ -33,7 +33,7 @@ struct Block {
     z: [f64; 2],
 }
 
-struct Reader<'w> {
+struct WorldfileReader<'w> {
     /// The file of the world.
     path: &'w Path,
     /// Metres and radians of a unit.
@@ -63,7 +63,7 @@ const BUDGET: Budget = Budget::new(128 << 20, 100_000_000, 64);
 pub(super) fn read(path: &Path, text: &str, stem: String) -> Result<ImportedWorld, Faults> {
     let (mut budget, mut left_out) = (BUDGET, LeftOut::default());
     let root = syntax::parse(path, text, &mut budget, &mut left_out)?;
-    let mut reader = Reader {
+    let mut reader = WorldfileReader {
         path,
         units: Units::read(&root)?,
         draft: Draft::default(),
@@ -159,7 +159,7 @@ impl Units {
     }
 }
 
-impl Reader<'_> {
+impl WorldfileReader<'_> {
     /// Names a part that is left out.
     fn leave_out(&mut self, what: String, entity: &Entity, why: &str) {
         self.left_out.add(what, Some(&entity.place), why);

@@ -22,7 +22,7 @@ use crate::TypeLocation;
 use crate::inspect::{EntryPoint, InspectorRequest, InspectorResponse};
 use crate::launch::{Acceptance, Launch, PortInfo};
 use crate::messages::{
-    Bytes, Call, Changes, Done, FromChild, Function, Input, Outcome, Reply, Stamp, ToChild, Value,
+    Bytes, Call, Changes, Done, FromChild, Function, Input, Reply, Returned, Stamp, ToChild, Value,
 };
 
 /// What messages are made of.
@@ -238,17 +238,17 @@ impl Parts {
             reason: self.text.clone(),
         };
         let outcomes = [
-            Outcome::Nothing,
-            Outcome::Started(vec![self.text.clone(); 3]),
-            Outcome::Refused(self.text.clone()),
-            Outcome::Checked {
+            Returned::Nothing,
+            Returned::Started(vec![self.text.clone(); 3]),
+            Returned::Refused(self.text.clone()),
+            Returned::Checked {
                 ready: true,
                 urgency: self.float,
             },
-            Outcome::Arbitrated(verdict),
-            Outcome::Drawn(Bytes(self.bytes.clone())),
-            Outcome::Saved(Ok(Bytes(self.bytes.clone()))),
-            Outcome::Saved(Err(self.text.clone())),
+            Returned::Arbitrated(verdict),
+            Returned::Drawn(Bytes(self.bytes.clone())),
+            Returned::Saved(Ok(Bytes(self.bytes.clone()))),
+            Returned::Saved(Err(self.text.clone())),
         ];
         messages.extend(outcomes.map(|outcome| {
             FromChild::Done(Done {

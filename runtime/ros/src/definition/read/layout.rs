@@ -3,7 +3,7 @@
 use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 
 use super::super::TEXT;
-use super::section::Line;
+use super::section::FieldLine;
 use super::{MAX_BYTES, ReadError};
 
 /// The elements of a field.
@@ -26,7 +26,7 @@ pub(super) struct Bound {
 pub(super) type Capacity<'a> = dyn Fn(&str) -> usize + 'a;
 
 /// The number of elements, before the field has a place.
-pub(super) enum Shape {
+pub(super) enum ElementCount {
     One,
     Array(usize),
     Sequence(Bound),
@@ -39,9 +39,9 @@ pub(in super::super) const OF_ROS_1: [&str; 2] = ["time", "duration"];
 /// Returns a field's elements, and their number. Without capacities, each text and each sequence must have a bound, which is
 /// none in ROS 2.
 pub(super) fn shape<'a>(
-    line: &Line<'a>,
+    line: &FieldLine<'a>,
     capacities: Option<&Capacity<'_>>,
-) -> Result<(Element<'a>, Shape), ReadError> {
+) -> Result<(Element<'a>, ElementCount), ReadError> {
     let error = |reason| ReadError::Kind {
         line: line.number,
         kind: line.kind.to_owned(),
@@ -84,15 +84,15 @@ pub(super) fn shape<'a>(
         Some(_) | None => None,
     };
     let count = match bracket {
-        Some("") => Shape::Sequence(unbounded("give it a bound, as in `float32[<=64]`")?),
+        Some("") => ElementCount::Sequence(unbounded("give it a bound, as in `float32[<=64]`")?),
         Some(count) => match count.strip_prefix("<=") {
-            Some(limit) => Shape::Sequence(stated(limit)?),
-            None => Shape::Array(number(count)?),
+            Some(limit) => ElementCount::Sequence(stated(limit)?),
+            None => ElementCount::Array(number(count)?),
         },
-        None => Shape::One,
+        None => ElementCount::One,
     };
     match (text, count) {
-        (Some(bound), Shape::One) => Ok((Element::Number(Scalar::U8), Shape::Text(bound))),
+        (Some(bound), ElementCount::One) => Ok((Element::Number(Scalar::U8), ElementCount::Text(bound))),
         (Some(bound), count) => Ok((Element::Text(bound), count)),
         (None, _) if element.starts_with("wstring") => Err(error("texts are UTF-8, as in `string<=64`")),
         (None, _) if OF_ROS_1.contains(&element) => Err(error(
@@ -107,7 +107,7 @@ pub(super) fn shape<'a>(
 
 /// Returns the structure of a text, as an element of a list. `None` if it is too large.
 pub(super) fn text(bound: Bound) -> Option<Type> {
-    let line = Line {
+    let line = FieldLine {
         number: 0,
         kind: "",
         name: "data",
@@ -115,7 +115,7 @@ pub(super) fn text(bound: Bound) -> Option<Type> {
         unit: String::new(),
     };
     let mut layout = Layout::default();
-    layout.push(&line, FieldKind::Scalar(Scalar::U8), Shape::Text(bound))?;
+    layout.push(&line, FieldKind::Scalar(Scalar::U8), ElementCount::Text(bound))?;
     let doc = "A text in a list: a list of these is a `string[]` of ROS 2.";
     Some(layout.finish(TEXT.to_owned(), doc.to_owned()))
 }
@@ -158,24 +158,25 @@ impl Default for Layout {
 
 impl Layout {
     /// Adds a field. Returns `None` if the value would exceed its maximum size.
-    pub(super) fn push(&mut self, line: &Line<'_>, kind: FieldKind, shape: Shape) -> Option<()> {
+    pub(super) fn push(&mut self, line: &FieldLine<'_>, kind: FieldKind, shape: ElementCount) -> Option<()> {
         // A sequence begins with its length and a spare word, a text with its length in bytes.
         let (head, align, capacity) = match shape {
-            Shape::One => (0, kind.align(), 1),
-            Shape::Array(count) => (0, kind.align(), count),
-            Shape::Sequence(bound) => (8, kind.align().max(4), bound.capacity),
-            Shape::Text(bound) => (4, kind.align().max(4), bound.capacity),
+            ElementCount::One => (0, kind.align(), 1),
+            ElementCount::Array(count) => (0, kind.align(), count),
+            ElementCount::Sequence(bound) => (8, kind.align().max(4), bound.capacity),
+            ElementCount::Text(bound) => (4, kind.align().max(4), bound.capacity),
         };
-        let is_bounded = matches!(&shape, Shape::Sequence(bound) | Shape::Text(bound) if bound.is_of_ros);
+        let is_bounded =
+            matches!(&shape, ElementCount::Sequence(bound) | ElementCount::Text(bound) if bound.is_of_ros);
         let start = self.end.next_multiple_of(align);
         let form = match shape {
-            Shape::One => Form::One,
-            Shape::Array(count) => Form::Array(count),
-            Shape::Sequence(Bound { capacity, .. }) => Form::Sequence {
+            ElementCount::One => Form::One,
+            ElementCount::Array(count) => Form::Array(count),
+            ElementCount::Sequence(Bound { capacity, .. }) => Form::Sequence {
                 capacity,
                 length_offset: start,
             },
-            Shape::Text(Bound { capacity, .. }) => Form::Text {
+            ElementCount::Text(Bound { capacity, .. }) => Form::Text {
                 capacity,
                 length_offset: start,
             },

@@ -16,7 +16,7 @@ use super::{definition, full, parts};
 pub(super) use layout::OF_ROS_1;
 pub use layout::scalar;
 use layout::{Capacity, Element, Layout, shape, text};
-use section::{Comments, Line, Section, sections};
+use section::{Comments, FieldLine, Section, sections};
 
 /// The longest definition, in bytes; the standard types need 5 kB at most.
 const MAX_TEXT: usize = 1 << 20;
@@ -167,7 +167,7 @@ fn read_with(
     };
     let sections = sections(name, text, whose)?;
     let root = short(name);
-    let mut reader = Reader {
+    let mut reader = DefinitionReader {
         sections: &sections,
         capacities,
         known: &known,
@@ -202,7 +202,7 @@ fn fields<'a>(section: &Section<'a>) -> Vec<(String, &'a str)> {
 }
 
 /// Returns the type of a field without bounds, and with the package of its structure.
-fn unbounded(section: &Section<'_>, line: &Line<'_>) -> String {
+fn unbounded(section: &Section<'_>, line: &FieldLine<'_>) -> String {
     let (element, brackets) = line.kind.split_at(line.kind.find('[').unwrap_or(line.kind.len()));
     let brackets = if brackets.starts_with("[<=") {
         "[]"
@@ -243,14 +243,14 @@ impl ParsedType {
     }
 }
 
-struct Reader<'a> {
+struct DefinitionReader<'a> {
     sections: &'a BTreeMap<String, Section<'a>>,
     capacities: Option<&'a Capacity<'a>>,
     known: &'a dyn Fn(&str) -> Option<Arc<Type>>,
     parsed: BTreeMap<String, ParsedType>,
 }
 
-impl Reader<'_> {
+impl DefinitionReader<'_> {
     fn structure(&mut self, title: &str, depth: usize) -> Result<ParsedType, ReadError> {
         if let Some(parsed) = self.parsed.get(title) {
             return Ok(parsed.clone());
@@ -317,7 +317,7 @@ impl Reader<'_> {
     fn inner(
         &mut self,
         section: &Section<'_>,
-        line: &Line<'_>,
+        line: &FieldLine<'_>,
         element: &str,
         depth: usize,
     ) -> Result<ParsedType, ReadError> {

@@ -16,11 +16,11 @@ pub(super) struct Section<'a> {
     /// The number of lines before it, 0 for that of the root.
     pub(super) before: usize,
     pub(super) doc: String,
-    pub(super) fields: Vec<Line<'a>>,
+    pub(super) fields: Vec<FieldLine<'a>>,
 }
 
 /// A field as its line states it.
-pub(super) struct Line<'a> {
+pub(super) struct FieldLine<'a> {
     /// Its number within the definition, from 1.
     pub(super) number: usize,
     pub(super) kind: &'a str,
@@ -176,7 +176,7 @@ impl<'a> Section<'a> {
         if comments.last() == Some(&"") {
             comments.pop();
         }
-        self.fields.push(Line {
+        self.fields.push(FieldLine {
             number,
             kind,
             name,

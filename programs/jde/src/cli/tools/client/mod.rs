@@ -50,7 +50,7 @@ pub(crate) enum Client {
     Load(operate::Load),
     Reload(reload::Reload),
     Continue(standstill::Continue),
-    Step(standstill::Step),
+    Step(standstill::SingleStep),
     Record(record::Record),
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Continue {
 
 /// Make a step at a breakpoint: 10 ms, or to the next instant in lockstep.
 #[derive(Args)]
-pub(crate) struct Step {
+pub(crate) struct SingleStep {
     #[command(flatten)]
     target: Target,
 }
@@ -26,7 +26,7 @@ impl Continue {
     }
 }
 
-impl Step {
+impl SingleStep {
     /// Runs the verb.
     pub(super) fn run(self, context: &Context) -> Result<(), Failure> {
         all::pass_time(context, &self.target, true)

@@ -44,7 +44,7 @@ pub(super) struct ManualDrive {
 
 /// The maximum speeds that a schema allows.
 #[derive(Clone, Copy)]
-struct Limits {
+struct MaxSpeeds {
     /// In m/s.
     fast: f64,
     /// In rad/s.
@@ -110,7 +110,7 @@ impl ManualDrive {
             self.gamepads = None;
             return;
         }
-        let limits = Limits::of(session, base);
+        let limits = MaxSpeeds::of(session, base);
         let head = head.map(|head| (head, number(session, head, "turn")));
         let Some(limits) = limits else {
             // Without limits, the scale of the pad is not known. The chosen speed is kept.
@@ -220,7 +220,7 @@ impl ManualDrive {
     }
 }
 
-impl Limits {
+impl MaxSpeeds {
     /// Reads the limits. `None` until they have arrived.
     fn of(session: &WindowSession, base: &SchemaInfo) -> Option<Self> {
         Some(Self {
