@@ -20,7 +20,7 @@ const ROGUE: &str = "observe/link/tests/peers/rogue.py";
 /// The endpoint of the robot on the page, which is replaced by that of the test.
 const ENDPOINT: &str = "tcp/robot2.local:7447";
 /// The limit for finding the application and for one program: a hundred times the usual time.
-const PATIENCE: Duration = Duration::from_secs(60);
+const CLIENT_TIMEOUT: Duration = Duration::from_secs(60);
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     let page = std::fs::read_to_string(context.root.join(PAGE))?;
@@ -37,7 +37,7 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
         let mut command = Command::new(python);
         command.arg(&file);
         shell::show(&command, context.paint);
-        let output = shell::read_within(&mut command, PATIENCE)
+        let output = shell::read_within(&mut command, CLIENT_TIMEOUT)
             .with_context(|| format!("a program of {PAGE} failed"))?;
         ensure!(!output.trim().is_empty(), "a program of {PAGE} found nothing");
         print!("{output}");
@@ -50,7 +50,7 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
         .arg(context.target.join("peers"))
         .env("JDE_PLUGIN_PATH", context.target.join("debug"));
     shell::show(&rogue, context.paint);
-    print!("{}", shell::read_within(&mut rogue, 4 * PATIENCE)?);
+    print!("{}", shell::read_within(&mut rogue, 4 * CLIENT_TIMEOUT)?);
     Ok(())
 }
 
@@ -97,13 +97,13 @@ fn robot(context: &Context) -> Result<(String, ChildGuard)> {
     let (begun, quoted) = (Instant::now(), format!("\"{name}\""));
     loop {
         let mut apps = Command::new(context.target.join("debug/jde"));
-        if shell::read_within(apps.args(["apps", "--json"]), PATIENCE)?.contains(&quoted) {
+        if shell::read_within(apps.args(["apps", "--json"]), CLIENT_TIMEOUT)?.contains(&quoted) {
             return Ok((endpoint, robot));
         }
         ensure!(robot.0.try_wait()?.is_none(), "`jde run` ended at once");
         ensure!(
-            begun.elapsed() < PATIENCE,
-            "`jde apps` does not find {name}, which has run for {PATIENCE:?}"
+            begun.elapsed() < CLIENT_TIMEOUT,
+            "`jde apps` does not find {name}, which has run for {CLIENT_TIMEOUT:?}"
         );
     }
 }

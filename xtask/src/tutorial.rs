@@ -24,7 +24,7 @@ const FOLDER: &str = "docs/tutorial";
 /// The languages, as the names of pages end with them: `03-a-schema-in-rust.md`.
 const LANGUAGES: &[&str] = &["rust", "python", "cpp"];
 /// The limit of each command: ten times what the slowest takes, a build.
-const PATIENCE: Duration = Duration::from_secs(600);
+const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 /// What stands for any lines or any text.
 const ANY_TEXT: &str = "...";
 
@@ -170,7 +170,7 @@ impl TutorialReader {
             .envs(self.variables.iter().cloned())
             .env_remove("CARGO_TARGET_DIR")
             .current_dir(folder);
-        let (status, text) = shell::end_within(&mut bash, PATIENCE)?;
+        let (status, text) = shell::end_within(&mut bash, COMMAND_TIMEOUT)?;
         let shows_error = expected.first().is_some_and(|line| line.starts_with("error"));
         ensure!(
             status.success() != shows_error,

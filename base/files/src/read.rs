@@ -7,7 +7,7 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 /// The first bytes of a gzip file.
-const GZIP: [u8; 2] = [0x1f, 0x8b];
+const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
 /// Returns the bytes of a file of at most `most` bytes.
 ///
@@ -23,7 +23,7 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// It cannot be read or unpacked, is no regular file, or is larger.
 pub fn read_unpacked(path: &Path, most: u64) -> Result<Vec<u8>> {
     let bytes = read(path, most)?;
-    if !bytes.starts_with(&GZIP) {
+    if !bytes.starts_with(&GZIP_MAGIC) {
         return Ok(bytes);
     }
     limited(MultiGzDecoder::new(bytes.as_slice()), most)
@@ -36,7 +36,7 @@ pub fn read_unpacked(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// It cannot be read, is no regular file, or is larger.
 pub fn read_undamaged(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Error>)> {
     let packed = read(path, most)?;
-    if !packed.starts_with(&GZIP) {
+    if !packed.starts_with(&GZIP_MAGIC) {
         return Ok((packed, None));
     }
     let mut bytes = Vec::new();

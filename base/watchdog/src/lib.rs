@@ -17,7 +17,7 @@ use std::time::Duration;
 pub const DEFAULT_LIMIT: Duration = Duration::from_secs(600);
 
 /// How long the report may take. It may need a lock that a hanging thread holds.
-const REPORT: Duration = Duration::from_secs(2);
+const REPORT_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Runs until it is dropped.
 #[derive(Debug)]
@@ -65,7 +65,7 @@ impl Watchdog {
                     // The receiver may have ended already.
                     let _ = done.send(());
                 });
-                if finished.recv_timeout(REPORT).is_err() {
+                if finished.recv_timeout(REPORT_TIMEOUT).is_err() {
                     say("no further report: it waits for a lock that another thread holds");
                 }
                 descendants::end();

@@ -5,7 +5,7 @@ use core::time::Duration;
 
 /// Most reported events of a robot in a second: more than a person reads.
 const MAX_EVENTS: u32 = 20;
-const SECOND: Duration = Duration::from_secs(1);
+const ONE_SECOND: Duration = Duration::from_secs(1);
 
 /// The rest of the present second's quota.
 #[derive(Debug, Default)]
@@ -19,7 +19,7 @@ impl Quota {
     /// Starts a new quota when a second of the machine's time is over. Returns the number of events that were
     /// dropped since the last report, if any.
     pub(crate) fn renew(&mut self, now: Duration) -> Option<u64> {
-        if now.saturating_sub(self.started) < SECOND {
+        if now.saturating_sub(self.started) < ONE_SECOND {
             return None;
         }
         (self.started, self.reported) = (now, 0);
@@ -52,9 +52,9 @@ mod tests {
         let mut quota = Quota::default();
         let is_allowed = (0..1000).filter(|_| quota.allow()).count();
         assert_eq!(is_allowed, MAX_EVENTS as usize);
-        assert_eq!(quota.renew(SECOND / 2), None, "the second is not over");
-        assert_eq!(quota.renew(SECOND), Some(1000 - u64::from(MAX_EVENTS)));
+        assert_eq!(quota.renew(ONE_SECOND / 2), None, "the second is not over");
+        assert_eq!(quota.renew(ONE_SECOND), Some(1000 - u64::from(MAX_EVENTS)));
         assert!(quota.allow());
-        assert_eq!(quota.renew(2 * SECOND), None);
+        assert_eq!(quota.renew(2 * ONE_SECOND), None);
     }
 }

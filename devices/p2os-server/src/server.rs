@@ -26,7 +26,7 @@ const P3DX: &str = "p3dx";
 /// Most steps of the world between two reads of the lines: half of the time between two server information
 /// packets.
 const MAX_STEPS: usize = 5;
-const STEP: Duration = Duration::from_nanos(STEP_NS);
+const WORLD_STEP: Duration = Duration::from_nanos(STEP_NS);
 
 /// The settings of a server.
 #[derive(Clone, Debug)]
@@ -231,7 +231,7 @@ impl Server {
             self.receive_all(now);
             self.send_all();
             self.report(now, start.elapsed(), &mut on_event);
-            let next = Duration::from_nanos(self.world.now()) + STEP;
+            let next = Duration::from_nanos(self.world.now()) + WORLD_STEP;
             self.wait(clock.until(next))?;
         }
         let time = clock.now();
@@ -248,7 +248,7 @@ impl Server {
     fn step(&mut self, now: Duration) -> Duration {
         for _ in 0..MAX_STEPS {
             let time = Duration::from_nanos(self.world.now());
-            if time + STEP > now {
+            if time + WORLD_STEP > now {
                 break;
             }
             for robot in &mut self.robots {
@@ -256,7 +256,7 @@ impl Server {
             }
             self.world.advance_to(self.world.now() + STEP_NS);
             for robot in &mut self.robots {
-                robot.session.send_due(&self.world, time + STEP);
+                robot.session.send_due(&self.world, time + WORLD_STEP);
             }
         }
         Duration::from_nanos(self.world.now())

@@ -12,13 +12,13 @@ pub const UNIT: f64 = 0.1125 * core::f64::consts::PI / 180.0;
 /// Longest frame that is decoded; the camera's own have at most 18 bytes.
 const MAX_FRAME: usize = 32;
 
-const END: u8 = 0xEF;
-const COMMAND: u8 = 0xFF;
-const REPLY: u8 = 0xFE;
+const FRAME_END: u8 = 0xEF;
+const COMMAND_START: u8 = 0xFF;
+const REPLY_START: u8 = 0xFE;
 /// The device number of the only camera on its line, as two digits.
-const DEVICE: [u8; 2] = [0x30, 0x30];
+const DEVICE_NUMBER: [u8; 2] = [0x30, 0x30];
 /// The angle 0 on the wire.
-const MIDDLE: i32 = 0x8000;
+const ANGLE_ZERO: i32 = 0x8000;
 /// The greatest zoom.
 pub const MAX_ZOOM: u16 = 1960;
 
@@ -112,9 +112,9 @@ impl HeadCommand {
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let (code, data) = self.parts();
-        let mut frame = vec![COMMAND, DEVICE[0], DEVICE[1], 0, code];
+        let mut frame = vec![COMMAND_START, DEVICE_NUMBER[0], DEVICE_NUMBER[1], 0, code];
         frame.extend(data);
-        frame.push(END);
+        frame.push(FRAME_END);
         frame
     }
 
@@ -216,9 +216,9 @@ impl HeadReply {
     /// Encodes the reply as a frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut frame = vec![REPLY, DEVICE[0], DEVICE[1], self.status, 0];
+        let mut frame = vec![REPLY_START, DEVICE_NUMBER[0], DEVICE_NUMBER[1], self.status, 0];
         frame.extend(&self.data);
-        frame.push(END);
+        frame.push(FRAME_END);
         frame
     }
 }
@@ -230,10 +230,10 @@ impl HeadFrame {
     /// If it does not start or end like a frame, or is too short.
     pub fn from_bytes(frame: &[u8]) -> Result<Self, Error> {
         match frame {
-            [COMMAND, _, _, _, code, data @ .., END] => {
+            [COMMAND_START, _, _, _, code, data @ .., FRAME_END] => {
                 Ok(Self::Command(HeadCommand::from_parts(*code, data)))
             }
-            [REPLY, _, _, status, _, data @ .., END] => Ok(Self::Reply(HeadReply {
+            [REPLY_START, _, _, status, _, data @ .., FRAME_END] => Ok(Self::Reply(HeadReply {
                 status: *status,
                 data: data.to_vec(),
             })),
@@ -250,14 +250,14 @@ impl HeadParser {
         for byte in bytes {
             match byte {
                 // Neither byte occurs within a frame, whose data are digits.
-                &COMMAND | &REPLY => {
+                &COMMAND_START | &REPLY_START => {
                     self.buffer.clear();
                     self.buffer.push(*byte);
                 }
                 _ if self.buffer.is_empty() => {}
                 _ if self.buffer.len() == MAX_FRAME => self.buffer.clear(),
-                &END => {
-                    self.buffer.push(END);
+                &FRAME_END => {
+                    self.buffer.push(FRAME_END);
                     if let Ok(frame) = HeadFrame::from_bytes(&self.buffer) {
                         on_frame(frame);
                     }
@@ -270,13 +270,13 @@ impl HeadParser {
 }
 
 fn encode_units(units: i16) -> u16 {
-    (MIDDLE + i32::from(units)) as u16
+    (ANGLE_ZERO + i32::from(units)) as u16
 }
 
 fn decode_pan_tilt(data: &[u8]) -> Option<(i16, i16)> {
     let (pan, tilt) = data.split_at_checked(4)?;
     let decode_units = |digits: &[u8]| {
-        let units = i32::from(number(digits)?) - MIDDLE;
+        let units = i32::from(number(digits)?) - ANGLE_ZERO;
         i16::try_from(units).ok()
     };
     (tilt.len() == 4).then_some(())?;

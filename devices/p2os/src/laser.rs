@@ -7,8 +7,8 @@ use crate::{Error, Packet};
 /// Most readings in one packet.
 pub const READINGS: usize = 32;
 
-const PLAIN: u8 = 0x60;
-const EXTENDED: u8 = 0x61;
+const PLAIN_PACKET: u8 = 0x60;
+const EXTENDED_PACKET: u8 = 0x61;
 
 /// One reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,12 +85,12 @@ impl LaserPacket {
         let mut payload = Vec::new();
         match self.form {
             LaserForm::Plain { x, y, th } => {
-                payload.push(PLAIN);
+                payload.push(PLAIN_PACKET);
                 x.write(&mut payload);
                 y.write(&mut payload);
                 th.write(&mut payload);
             }
-            LaserForm::Extended { .. } => payload.push(EXTENDED),
+            LaserForm::Extended { .. } => payload.push(EXTENDED_PACKET),
         }
         self.total.write(&mut payload);
         self.first.write(&mut payload);
@@ -110,7 +110,7 @@ impl LaserPacket {
     /// Returns whether a packet is one of a laser.
     #[must_use]
     pub fn is_laser_packet(packet: &Packet) -> bool {
-        matches!(packet.id(), PLAIN | EXTENDED)
+        matches!(packet.id(), PLAIN_PACKET | EXTENDED_PACKET)
     }
 
     /// Decodes a packet. Device and flags are 0 if an old simulator does not send them.
@@ -120,8 +120,8 @@ impl LaserPacket {
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
         let mut reader = Reader::new("packet of a laser", packet.data());
         let extended = match packet.id() {
-            PLAIN => false,
-            EXTENDED => true,
+            PLAIN_PACKET => false,
+            EXTENDED_PACKET => true,
             have => {
                 let what = "packet of a laser";
                 return Err(Error::Kind { what, have });

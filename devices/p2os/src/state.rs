@@ -5,7 +5,7 @@ use crate::wire::{packet, record, record_of};
 use crate::{Error, Packet};
 
 /// Kind of the packet.
-const KIND: u8 = 0x62;
+const STATE_PACKET: u8 = 0x62;
 
 record! {
     /// The reply of a simulator to SIM_STAT.
@@ -54,7 +54,7 @@ impl SimState {
     /// # Errors
     /// If its strings are too long for a packet.
     pub fn to_packet(&self) -> Result<Packet, Error> {
-        packet(KIND, self)
+        packet(STATE_PACKET, self)
     }
 
     /// Decodes a packet.
@@ -62,6 +62,6 @@ impl SimState {
     /// # Errors
     /// If it is not a simulator's state, or is too short.
     pub fn from_packet(packet: &Packet) -> Result<Self, Error> {
-        record_of("simulator's state", KIND, packet)
+        record_of("simulator's state", STATE_PACKET, packet)
     }
 }

@@ -11,7 +11,7 @@ pub const HEADER: usize = 40;
 pub const MAX_BODY: usize = 1 << 20;
 
 /// Length of the greeting, bytes.
-const GREETING: usize = 32;
+const GREETING_BYTES: usize = 32;
 /// How it begins; the version follows.
 const GREETING_START: &[u8] = b"Player v.";
 
@@ -121,7 +121,7 @@ impl Receiver {
                 return Ok(());
             };
             self.version = Some(version);
-            rest = &rest[GREETING..];
+            rest = &rest[GREETING_BYTES..];
         }
         while let Some((message, length)) = message(rest)? {
             take(message);
@@ -135,13 +135,13 @@ impl Receiver {
 
 /// Returns the version of the server; `None` until all bytes of the greeting are there.
 fn greeting(bytes: &[u8]) -> Result<Option<String>, Error> {
-    let start = &bytes[..bytes.len().min(GREETING)];
+    let start = &bytes[..bytes.len().min(GREETING_BYTES)];
     let known = start.len().min(GREETING_START.len());
     if start[..known] != GREETING_START[..known] {
         let start = start.escape_ascii().to_string();
         return Err(Error::Greeting { start });
     }
-    if start.len() < GREETING {
+    if start.len() < GREETING_BYTES {
         return Ok(None);
     }
     let version = &start[GREETING_START.len()..];

@@ -8,12 +8,12 @@ use twox_hash::XxHash3_128;
 pub(crate) type Gid = [u8; 16];
 
 /// Number of bytes: two numbers, the length of the identifier, and the identifier.
-const BYTES: usize = 33;
+const ATTACHMENT_BYTES: usize = 33;
 
 /// Encodes the attachment of rmw_zenoh in Zenoh's serialization: sequence number, wall-clock time in ns, and
 /// the identifier of the sender after its length.
 pub(crate) fn attachment(sequence: i64, nanos: i64, gid: Gid) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(BYTES);
+    let mut bytes = Vec::with_capacity(ATTACHMENT_BYTES);
     bytes.extend(sequence.to_le_bytes());
     bytes.extend(nanos.to_le_bytes());
     bytes.push(gid.len() as u8);
@@ -30,7 +30,10 @@ pub(crate) fn attachment_now(sequence: i64, gid: Gid) -> Vec<u8> {
 /// Returns the sequence number and the identifier of an attachment; `None` if it is no such one.
 pub(crate) fn parse(bytes: &[u8]) -> Option<(i64, Gid)> {
     let sequence = bytes.first_chunk().copied().map(i64::from_le_bytes)?;
-    let gid = bytes.get(BYTES - 16..BYTES)?.try_into().ok()?;
+    let gid = bytes
+        .get(ATTACHMENT_BYTES - 16..ATTACHMENT_BYTES)?
+        .try_into()
+        .ok()?;
     Some((sequence, gid))
 }
 

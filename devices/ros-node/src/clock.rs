@@ -7,12 +7,12 @@ use jde_types::Time;
 
 /// Drift, ns, beyond which the offset is updated. Below it the stamps of one instant stay equal; an adjusted
 /// clock exceeds it.
-const DRIFT: i128 = 1_000_000;
+const MAX_DRIFT: i128 = 1_000_000;
 /// Difference, ns, beyond which the clocks of the two machines are not the same, or the other side uses
 /// simulated time.
 const MAX_DIFFERENCE: i128 = 10_000_000_000;
 /// What stands for times before the application's start, ns: a stamp of 0 is none.
-const EARLIEST: i128 = 1;
+const EARLIEST_STAMP: i128 = 1;
 
 /// The time of ROS 2 at the application's start, ns, and the newest that was compared.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,7 +37,7 @@ impl Clock {
         let offset = nanos(time) - nanos(now);
         if self
             .offset
-            .is_none_or(|previous| (previous - offset).abs() > DRIFT)
+            .is_none_or(|previous| (previous - offset).abs() > MAX_DRIFT)
         {
             self.offset = Some(offset);
         }
@@ -55,7 +55,7 @@ impl Clock {
     #[must_use]
     pub fn time(&self, stamp: Time) -> Duration {
         let time = stamp_nanos(stamp) - self.offset.unwrap_or(0);
-        Duration::from_nanos(u64::try_from(time.max(EARLIEST)).unwrap_or(u64::MAX))
+        Duration::from_nanos(u64::try_from(time.max(EARLIEST_STAMP)).unwrap_or(u64::MAX))
     }
 
     /// Converts the application's time to a stamp of ROS 2.
@@ -70,7 +70,7 @@ impl Clock {
         if difference.abs() > MAX_DIFFERENCE {
             return Measured::OnArrival(arrived, difference as f64 / 1e9);
         }
-        let time = (nanos(arrived) + difference.min(0)).max(EARLIEST);
+        let time = (nanos(arrived) + difference.min(0)).max(EARLIEST_STAMP);
         Measured::At(Duration::from_nanos(u64::try_from(time).unwrap_or(0)))
     }
 }

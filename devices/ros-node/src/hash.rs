@@ -12,8 +12,8 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_ros::definition::{name, texts};
 
 /// Offsets from the number of a kind to that of an array and of an unbounded sequence of it.
-const ARRAY: u8 = TypeId::NESTED_TYPE_ARRAY - TypeId::NESTED_TYPE;
-const SEQUENCE: u8 = TypeId::NESTED_TYPE_UNBOUNDED_SEQUENCE - TypeId::NESTED_TYPE;
+const ARRAY_OFFSET: u8 = TypeId::NESTED_TYPE_ARRAY - TypeId::NESTED_TYPE;
+const SEQUENCE_OFFSET: u8 = TypeId::NESTED_TYPE_UNBOUNDED_SEQUENCE - TypeId::NESTED_TYPE;
 const BOUNDED_SEQUENCE: u8 = TypeId::BOUNDED_SEQUENCE_OFFSET;
 
 /// Returns the hash of a type, as in `RIHS01_9c45bf16...`. It equals that of the ROS 2 type of the same name
@@ -83,9 +83,9 @@ fn describe_field(field: &Field) -> FieldDescription {
     };
     let (type_id, capacity) = match field.form {
         Form::One => (kind, 0),
-        Form::Array(count) => (kind + ARRAY, count),
+        Form::Array(count) => (kind + ARRAY_OFFSET, count),
         Form::Sequence { capacity, .. } if is_bounded => (kind + BOUNDED_SEQUENCE, capacity),
-        Form::Sequence { .. } => (kind + SEQUENCE, 0),
+        Form::Sequence { .. } => (kind + SEQUENCE_OFFSET, 0),
         Form::Text { capacity, .. } => {
             bound_of_texts = is_bounded.then_some(capacity);
             (text_id(is_bounded), 0)

@@ -8,7 +8,7 @@ use parking_lot::Mutex;
 use crate::attachment::Gid;
 
 /// The number of sessions that are remembered. The tokens of one that has ended may be seen for some seconds.
-const SESSIONS: usize = 256;
+const MAX_SESSIONS: usize = 256;
 
 static PUBLICATIONS: Mutex<BTreeSet<Gid>> = Mutex::new(BTreeSet::new());
 static OPENED: Mutex<VecDeque<String>> = Mutex::new(VecDeque::new());
@@ -38,7 +38,7 @@ impl Drop for OwnCommands {
 /// Remembers a session of this process by its identifier.
 pub(crate) fn remember_session(id: String) {
     let mut opened = OPENED.lock();
-    if opened.len() >= SESSIONS {
+    if opened.len() >= MAX_SESSIONS {
         opened.pop_front();
     }
     opened.push_back(id);

@@ -19,11 +19,11 @@ use crate::latched::Cache;
 use crate::own::OwnCommands;
 
 /// The size up to which the owner sends, bytes.
-const SMALL: usize = BATCH_BYTES / 2;
+const OWNER_SENDS_BYTES: usize = BATCH_BYTES / 2;
 /// The time that a message needs at most if the network takes it at once.
 const AT_ONCE: Duration = Duration::from_micros(150);
 /// How long the thread sends alone after a message that needed more.
-const REST: Duration = Duration::from_secs(1);
+const ALONE_AFTER_LARGE: Duration = Duration::from_secs(1);
 
 /// The publishers by number; empty while the node is not connected.
 #[derive(Debug, Default)]
@@ -62,7 +62,7 @@ impl Publishers {
     /// For the owner: none if the thread sends, or if it shall send this message.
     pub(crate) fn at_once(&self, message: &[u8]) -> Option<MutexGuard<'_, Sending>> {
         let sending = self.0.try_lock()?;
-        let is_ready = !sending.publishers.is_empty() && message.len() <= SMALL;
+        let is_ready = !sending.publishers.is_empty() && message.len() <= OWNER_SENDS_BYTES;
         (is_ready && !sending.is_left_to_thread()).then_some(sending)
     }
 }
@@ -79,11 +79,11 @@ impl Sending {
         let Some(publisher) = self.publishers.get_mut(publication) else {
             return;
         };
-        let (begin, is_small) = (Instant::now(), message.len() <= SMALL);
+        let (begin, is_small) = (Instant::now(), message.len() <= OWNER_SENDS_BYTES);
         let _ = publisher.put(message);
         let end = Instant::now();
         if is_small && end - begin > AT_ONCE {
-            self.rests_until = Some(end + REST);
+            self.rests_until = Some(end + ALONE_AFTER_LARGE);
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::{latched, services};
 
 /// Niceness of this thread and of Zenoh's threads, which inherit it, so that the robot's own threads take
 /// precedence.
-const NICE: i32 = 10;
+const THREAD_NICENESS: i32 = 10;
 /// The pause after the first failed attempt, and the longest pause.
 const FIRST_PAUSE: Duration = Duration::from_millis(200);
 const LONGEST_PAUSE: Duration = Duration::from_secs(2);
@@ -26,7 +26,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(2);
 const CHECK_PERIOD: Duration = Duration::from_millis(200);
 
 /// The time without any other node after which it is remarked.
-const UNMET: Duration = Duration::from_secs(2);
+const NO_NODE_REMARK: Duration = Duration::from_secs(2);
 
 /// Reports the end of the thread, also after a panic.
 struct EndGuard<'a>(&'a Shared);
@@ -45,7 +45,7 @@ impl Drop for EndGuard<'_> {
 pub(crate) fn run(shared: &Arc<Shared>, config: &NodeConfig) {
     let _ending = EndGuard(shared);
     // Without the permission the niceness stays the same, which is not an error.
-    let _ = rustix::process::nice(NICE);
+    let _ = rustix::process::nice(THREAD_NICENESS);
     let mut pause = FIRST_PAUSE;
     loop {
         match open(shared, config) {
@@ -91,7 +91,7 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
                 _ => NodeState::Connected,
             };
             was_connected |= others > 0;
-            if state == NodeState::Alone && opened_at.elapsed() >= UNMET {
+            if state == NodeState::Alone && opened_at.elapsed() >= NO_NODE_REMARK {
                 shared.remark(format!(
                     "{}: no router and no other node is connected yet; is the router running?",
                     config.endpoint

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use crate::attachment::Gid;
 
 /// How long after its newest message a publication counts as one that sends: longer than the period of any sensor of a base.
-const SENDS: Duration = Duration::from_secs(2);
+const SENDS_WITHIN: Duration = Duration::from_secs(2);
 /// Contradicting messages until a publication without a known name is remarked, too: its token may come after its messages.
-const UNNAMED: u32 = 20;
+const UNNAMED_MESSAGES: u32 = 20;
 /// Most publications that are remembered.
 const MAX_PUBLICATIONS: usize = 64;
 
@@ -68,7 +68,7 @@ impl Sources {
         }
         self.contradicting = self.contradicting.saturating_add(1);
         let names: Vec<_> = self.sent.keys().map(|gid| self.names.get(gid)).collect();
-        if self.contradicting < UNNAMED && names.iter().any(Option::is_none) {
+        if self.contradicting < UNNAMED_MESSAGES && names.iter().any(Option::is_none) {
             return Acceptance::Contradicted(None);
         }
         let mut names: Vec<_> = names
@@ -91,7 +91,7 @@ impl Sources {
     /// Whether more than one source sends.
     pub(crate) fn contradict(&mut self, now: Instant) -> bool {
         self.sent
-            .retain(|_, sent| now.saturating_duration_since(*sent) <= SENDS);
+            .retain(|_, sent| now.saturating_duration_since(*sent) <= SENDS_WITHIN);
         self.sent.len() > 1
     }
 }
@@ -152,7 +152,7 @@ mod tests {
         let (mut sources, now) = (Sources::default(), Instant::now());
         sources.appear(gid(1), "/lidar".to_owned());
         assert_eq!(sources.judge("/scan", gid(1), now), Acceptance::Only);
-        let remarks = (0..UNNAMED).filter_map(|_| match sources.judge("/scan", gid(9), now) {
+        let remarks = (0..UNNAMED_MESSAGES).filter_map(|_| match sources.judge("/scan", gid(9), now) {
             Acceptance::Contradicted(remark) => remark,
             Acceptance::Only | Acceptance::Late => panic!("two send"),
         });

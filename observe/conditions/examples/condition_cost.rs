@@ -17,7 +17,7 @@ const EXPRESSIONS: [&str; 6] = [
     // Not over numbers: CEL's interpreter evaluates it.
     "pioneer.name.data == 'pioneer'",
 ];
-const ROUNDS: usize = 20;
+const ROUND_COUNT: usize = 20;
 
 fn main() -> Result<(), BadCondition> {
     let types = [
@@ -51,7 +51,7 @@ fn main() -> Result<(), BadCondition> {
             .collect();
         // The least of several rounds is the cost without interruptions.
         let mut least = f64::INFINITY;
-        for round in 0..ROUNDS {
+        for round in 0..ROUND_COUNT {
             let count = 1000;
             let start = Instant::now();
             let mut truths = 0;

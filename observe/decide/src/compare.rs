@@ -12,9 +12,9 @@ use crate::{ReplayedDecision, Span};
 const MAX_DIFFERENCES: usize = 100;
 /// How long a selection waits for its counterpart, in ns. A selection is reported once its takeover is known,
 /// which a hung winner may delay.
-const WAIT: Nanos = 5_000_000_000;
+const COUNTERPART_WAIT: Nanos = 5_000_000_000;
 /// The relative difference up to which urgencies count as equal, because another build may round differently.
-const URGENCY: f64 = 1e-9;
+const URGENCY_TOLERANCE: f64 = 1e-9;
 
 /// The result of comparing selections.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -83,7 +83,7 @@ impl DecisionMatcher {
 
     /// Compares the selections that can be compared at this time.
     pub(super) fn compare_until(&mut self, now: Nanos) {
-        self.compare(now.saturating_sub(WAIT));
+        self.compare(now.saturating_sub(COUNTERPART_WAIT));
     }
 
     /// Compares all remaining selections, up to the end of the replay.
@@ -190,7 +190,9 @@ fn is_same_decision(then: &Decision, now: &Decision) -> bool {
 
 fn is_same_candidate(then: &CandidateRecord, now: &CandidateRecord) -> bool {
     let urgency = match (then.urgency, now.urgency) {
-        (Some(then), Some(now)) => (then - now).abs() <= URGENCY * then.abs().max(now.abs()).max(1.0),
+        (Some(then), Some(now)) => {
+            (then - now).abs() <= URGENCY_TOLERANCE * then.abs().max(now.abs()).max(1.0)
+        }
         (None, None) => true,
         (Some(_), None) | (None, Some(_)) => false,
     };

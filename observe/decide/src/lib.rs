@@ -39,7 +39,7 @@ pub use values::{Deviation, Tolerance, ToleranceEntry, Values};
 /// without the machine's delay.
 const TIME_TOLERANCE: Nanos = 1_000_000;
 /// How late a thread may report its actions before the replay continues without it, in ns.
-const SLACK: Nanos = 500_000_000;
+const REPORT_SLACK: Nanos = 500_000_000;
 
 /// Why a drive cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -133,7 +133,11 @@ pub fn replay_and_compare(
     mut progress: impl FnMut(Nanos) -> bool,
 ) -> Result<ReplayReport, ReplayError> {
     let reader = ReplayReader::new(drive, &application, &sources(&application))?;
-    let slack = if drive.hierarchy().lockstep { 0 } else { SLACK };
+    let slack = if drive.hierarchy().lockstep {
+        0
+    } else {
+        REPORT_SLACK
+    };
     let time_tolerance = if drive.hierarchy().lockstep {
         0
     } else {

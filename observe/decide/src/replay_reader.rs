@@ -26,7 +26,7 @@ use crate::{ReplayError, ReplayedDrive};
 const STEP_TIMEOUT: Nanos = 30_000_000_000;
 /// How much later than the step that saw it a value's time of publication may be, in ns. The writer
 /// determines that time.
-const LATE: Nanos = 2_000_000_000;
+const PUBLICATION_SLACK: Nanos = 2_000_000_000;
 /// At least this many values of a variable are kept for the steps in which they were written, because those
 /// steps are read later than the values.
 const MIN_WRITTEN_VALUES: usize = 64;
@@ -219,7 +219,7 @@ impl RecordedRun for ReplayReader {
 
     fn value_up_to(&mut self, source: usize, number: u32) -> Option<RecordedValue> {
         let mut inner = self.inner.lock();
-        let limit = inner.time.saturating_add(LATE);
+        let limit = inner.time.saturating_add(PUBLICATION_SLACK);
         while inner.sources[source].queue.is_empty()
             && is_before(inner.sources[source].last, number)
             && inner.read <= limit
@@ -232,7 +232,7 @@ impl RecordedRun for ReplayReader {
 
     fn gesture(&mut self, number: u64) -> Option<(String, Gesture)> {
         let mut inner = self.inner.lock();
-        let limit = inner.time.saturating_add(LATE);
+        let limit = inner.time.saturating_add(PUBLICATION_SLACK);
         loop {
             if let Some(gesture) = inner.gestures.remove(&number) {
                 return Some(gesture);
@@ -245,7 +245,7 @@ impl RecordedRun for ReplayReader {
 
     fn written_value(&mut self, variable: &str, number: u32) -> Option<Vec<u8>> {
         let mut inner = self.inner.lock();
-        let limit = inner.time.saturating_add(LATE);
+        let limit = inner.time.saturating_add(PUBLICATION_SLACK);
         loop {
             let written = inner.written.get(variable)?;
             if let Some((_, bytes)) = written.values.iter().rev().find(|(other, _)| *other == number) {

@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::{ReplayError, Span};
 
 /// The largest value that is shown in full, in bytes.
-const SHORT: usize = 64;
+const SHOWN_IN_FULL: usize = 64;
 
 /// The result of comparing values.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -250,7 +250,7 @@ fn describe(outcome: &WriteOutcome, value_type: &Type) -> String {
         WriteOutcome::Nothing => "nothing".to_owned(),
         WriteOutcome::Retracted => "retracted its value".to_owned(),
         WriteOutcome::Unknown => "a value that is not in the recording".to_owned(),
-        WriteOutcome::Wrote(bytes) if bytes.len() <= SHORT => format_value(value_type, bytes),
+        WriteOutcome::Wrote(bytes) if bytes.len() <= SHOWN_IN_FULL => format_value(value_type, bytes),
         WriteOutcome::Wrote(_) => format!("a {}", value_type.name),
     }
 }

@@ -5,17 +5,17 @@
 use crate::statistics::Interval;
 
 /// Least number of last digits that fit into an interval: `[0.29, 0.33]`, and not `[0.3, 0.3]`.
-const FIT: f64 = 3.0;
+const MIN_LAST_DIGITS: f64 = 3.0;
 /// What is significant of a number without an interval: a hundredth of it.
-const SIGNIFICANT: f64 = 100.0;
+const SIGNIFICANT_PARTS: f64 = 100.0;
 /// Relative errors of sums and differences are smaller.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING_ERROR: f64 = 1e-9;
 /// Most decimal places; the steps of measures are rarely finer.
 const MAX_DECIMALS: usize = 6;
 /// Numbers from here on are written with an exponent.
-const LARGE: f64 = 1e7;
+const EXPONENT_FROM: f64 = 1e7;
 /// Numbers up to here are written with an exponent, if all of them are so small.
-const SMALL: f64 = 1e-4;
+const EXPONENT_BELOW: f64 = 1e-4;
 
 /// The way to write the numbers of one measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Digits {
         let (mut width, mut least, mut greatest, mut whole) = (f64::MAX, f64::MAX, 0.0f64, true);
         for (median, Interval { low, high }) in medians {
             // A difference of equal values is not exactly 0.
-            if high - low > ROUNDING * high.abs().max(low.abs()) {
+            if high - low > ROUNDING_ERROR * high.abs().max(low.abs()) {
                 width = width.min(high - low);
             }
             for size in [median, low, high].map(f64::abs) {
@@ -45,10 +45,12 @@ impl Digits {
             }
         }
         match greatest {
-            greatest if greatest >= LARGE || (greatest > 0.0 && greatest <= SMALL) => Self::Exponent,
+            greatest if greatest >= EXPONENT_FROM || (greatest > 0.0 && greatest <= EXPONENT_BELOW) => {
+                Self::Exponent
+            }
             _ if whole => Self::Decimals(0),
-            _ if width < f64::MAX => Self::Decimals(decimals(width / FIT)),
-            _ => Self::Decimals(decimals(least / SIGNIFICANT)),
+            _ if width < f64::MAX => Self::Decimals(decimals(width / MIN_LAST_DIGITS)),
+            _ => Self::Decimals(decimals(least / SIGNIFICANT_PARTS)),
         }
     }
 
@@ -78,7 +80,7 @@ impl Digits {
 /// The decimal places of a step. Counted, since logarithms differ between platforms.
 fn decimals(step: f64) -> usize {
     (0..MAX_DECIMALS)
-        .find(|decimals| step * 10f64.powi(*decimals as i32) >= 1.0 - ROUNDING)
+        .find(|decimals| step * 10f64.powi(*decimals as i32) >= 1.0 - ROUNDING_ERROR)
         .unwrap_or(MAX_DECIMALS)
 }
 

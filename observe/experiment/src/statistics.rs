@@ -8,10 +8,10 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// Resamples of the bootstrap: 50 of them are beyond each end of the interval, so that chance moves the ends
 /// little.
-const RESAMPLES: usize = 2_000;
+const BOOTSTRAP_RESAMPLES: usize = 2_000;
 /// Probability that an interval leaves out on each side.
-const TAIL: f64 = 0.025;
-/// The quantile of the standard normal distribution at `1 - TAIL`.
+const TAIL_PROBABILITY: f64 = 0.025;
+/// The quantile of the standard normal distribution at `1 - TAIL_PROBABILITY`.
 const Z: f64 = 1.959_963_984_540_054;
 
 /// A 95 % interval.
@@ -174,13 +174,13 @@ fn median_interval(sorted: &[f64]) -> Interval {
     // Always the same resamples: they depend only on the number of values.
     let mut random = Pcg64Mcg::seed_from_u64(0);
     let mut draws = vec![0u32; sorted.len()];
-    let mut medians: Vec<f64> = (0..RESAMPLES)
+    let mut medians: Vec<f64> = (0..BOOTSTRAP_RESAMPLES)
         .map(|_| resampled_median(sorted, &mut random, &mut draws))
         .collect();
     medians.sort_by(f64::total_cmp);
     Interval {
-        low: quantile(&medians, TAIL),
-        high: quantile(&medians, 1.0 - TAIL),
+        low: quantile(&medians, TAIL_PROBABILITY),
+        high: quantile(&medians, 1.0 - TAIL_PROBABILITY),
     }
 }
 

@@ -35,7 +35,7 @@ static WAKE_UPS: Mutex<Vec<Duration>> = Mutex::new(Vec::new());
 /// The schema's awakening, from which its periods count.
 static AWAKENED_AT: Mutex<Duration> = Mutex::new(Duration::ZERO);
 
-const PERIOD: Duration = Duration::from_millis(10);
+const SCHEMA_PERIOD: Duration = Duration::from_millis(10);
 
 /// A control loop that publishes a number and a path.
 #[derive(Describe)]
@@ -210,7 +210,7 @@ fn measure(case: Case, time: Duration) -> std::result::Result<Vec<Duration>, Fai
 
 /// The delay of a wake-up from its place on the grid of periods.
 fn lateness(awoke: Duration, woke: Duration) -> Duration {
-    let late = woke.saturating_sub(awoke).as_nanos() % PERIOD.as_nanos();
+    let late = woke.saturating_sub(awoke).as_nanos() % SCHEMA_PERIOD.as_nanos();
     Duration::from_nanos(late as u64)
 }
 

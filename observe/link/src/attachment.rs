@@ -5,13 +5,13 @@ use jde_board::Nanos;
 use jde_records::check::MAX_TIME;
 
 /// Bytes before the writer's name.
-const HEAD: usize = 33;
+const HEAD_BYTES: usize = 33;
 /// Bytes of a panel's attachment.
-const PANEL: usize = 25;
+const PANEL_BYTES: usize = 25;
 /// Longest name that is sent, bytes.
-const NAME: usize = 255;
+const MAX_NAME_BYTES: usize = 255;
 
-const RETRACTED: u8 = 1;
+const RETRACTED_FLAG: u8 = 1;
 
 /// The attachment of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,47 +45,47 @@ pub(crate) struct PanelTag {
 }
 
 impl PanelTag {
-    pub(crate) fn bytes(&self) -> [u8; PANEL] {
-        let mut bytes = [0; PANEL];
+    pub(crate) fn bytes(&self) -> [u8; PANEL_BYTES] {
+        let mut bytes = [0; PANEL_BYTES];
         for (index, number) in [self.sequence, self.time, self.age].into_iter().enumerate() {
             bytes[index * 8..][..8].copy_from_slice(&number.to_le_bytes());
         }
-        bytes[PANEL - 1] = u8::from(self.is_error);
+        bytes[PANEL_BYTES - 1] = u8::from(self.is_error);
         bytes
     }
 
     pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
-        let bytes: &[u8; PANEL] = bytes.first_chunk()?;
+        let bytes: &[u8; PANEL_BYTES] = bytes.first_chunk()?;
         let number = |index: usize| bytes[index * 8..][..8].try_into().ok().map(u64::from_le_bytes);
         let (time, age) = (number(1)?, number(2)?);
         (time.max(age) <= MAX_TIME).then_some(Self {
             sequence: number(0)?,
             time,
             age,
-            is_error: bytes[PANEL - 1] & 1 != 0,
+            is_error: bytes[PANEL_BYTES - 1] & 1 != 0,
         })
     }
 }
 
 impl Tag {
     pub(crate) fn bytes(&self) -> Vec<u8> {
-        let mut end = self.writer.len().min(NAME);
+        let mut end = self.writer.len().min(MAX_NAME_BYTES);
         while !self.writer.is_char_boundary(end) {
             end -= 1;
         }
-        let mut bytes = Vec::with_capacity(HEAD + end);
+        let mut bytes = Vec::with_capacity(HEAD_BYTES + end);
         for number in [self.sequence, self.time, self.age, self.valid_until] {
             bytes.extend_from_slice(&number.to_le_bytes());
         }
-        bytes.push(if self.retracted { RETRACTED } else { 0 });
+        bytes.push(if self.retracted { RETRACTED_FLAG } else { 0 });
         bytes.extend_from_slice(&self.writer.as_bytes()[..end]);
         bytes
     }
 
     pub(crate) fn read(bytes: &[u8]) -> Option<Self> {
-        let (head, name) = bytes.split_at_checked(HEAD)?;
+        let (head, name) = bytes.split_at_checked(HEAD_BYTES)?;
         let number = |index: usize| head[index * 8..][..8].try_into().ok().map(u64::from_le_bytes);
-        if name.len() > NAME {
+        if name.len() > MAX_NAME_BYTES {
             return None;
         }
         let (time, age) = (number(1)?, number(2)?);
@@ -94,7 +94,7 @@ impl Tag {
             time,
             age,
             valid_until: number(3)?,
-            retracted: head[HEAD - 1] & RETRACTED != 0,
+            retracted: head[HEAD_BYTES - 1] & RETRACTED_FLAG != 0,
             writer: std::str::from_utf8(name).ok()?.to_owned(),
         })
     }
@@ -125,7 +125,7 @@ mod tests {
         #[test]
         fn reading_attachments_survives_any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
             if let Some(tag) = Tag::read(&bytes) {
-                prop_assert!(bytes.len() >= HEAD && tag.writer.len() <= NAME);
+                prop_assert!(bytes.len() >= HEAD_BYTES && tag.writer.len() <= MAX_NAME_BYTES);
             }
             prop_assert_eq!(number(&bytes).is_some(), bytes.len() == 8);
         }
@@ -138,7 +138,7 @@ mod tests {
             let mut bytes = tag.bytes().to_vec();
             bytes.extend(more);
             prop_assert_eq!(PanelTag::read(&bytes), Some(tag), "newer peers may append fields");
-            prop_assert_eq!(PanelTag::read(&bytes[..PANEL - 1]), None);
+            prop_assert_eq!(PanelTag::read(&bytes[..PANEL_BYTES - 1]), None);
         }
 
         #[test]

@@ -57,7 +57,7 @@ pub enum Rate {
 }
 
 /// The supported rates. They are few, so that clients with similar demands share one stream.
-const RATES: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
+const STREAM_RATES: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
 
 /// The text of [`Rate::Full`] in keys.
 const FULL: &str = "full";
@@ -190,7 +190,7 @@ impl Rate {
     /// The lowest supported rate of at least this many values per second; [`Self::Full`] beyond 100 Hz.
     #[must_use]
     pub fn at_least(hz: f64) -> Self {
-        RATES
+        STREAM_RATES
             .into_iter()
             .find(|rate| f64::from(*rate) >= hz)
             .map_or(Self::Full, Self::Hz)
@@ -217,7 +217,7 @@ impl Rate {
             return Some(Self::Full);
         }
         let hz = text.strip_suffix("hz")?.parse().ok()?;
-        RATES.contains(&hz).then_some(Self::Hz(hz))
+        STREAM_RATES.contains(&hz).then_some(Self::Hz(hz))
     }
 }
 

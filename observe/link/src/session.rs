@@ -12,13 +12,13 @@ use crate::Error;
 
 /// Niceness added to all threads of the link: they get about a tenth of the CPU share of a thread of the
 /// application.
-const NICE: i32 = 10;
+const ADDED_NICENESS: i32 = 10;
 /// A connection counts as cut after this silence, ms. Each end sends a keep-alive four times in it.
 const LEASE_MS: u64 = 3000;
 /// Longest time in which an endpoint may accept a connection, ms; and how long the caller waits for the
 /// outcome.
 const OPEN_MS: u64 = 3000;
-const OPENING: Duration = Duration::from_secs(4);
+const OPENING_TIMEOUT: Duration = Duration::from_secs(4);
 /// A receiver that takes no data for this long is disconnected, µs, since it delays the answers to others.
 const BLOCKED_US: u64 = 200_000;
 /// Longest password file that is read, bytes.
@@ -26,9 +26,9 @@ const MAX_PASSWORD_FILE: u64 = 4096;
 /// The largest file of certificates or of a key, in bytes: some hundred authorities.
 const MAX_PEM_FILE: u64 = 1 << 20;
 /// Largest message, bytes: the largest picture with room to spare.
-const LARGEST: u64 = 64 << 20;
+const MAX_MESSAGE_BYTES: u64 = 64 << 20;
 /// Longest time for closing a session.
-const CLOSING: Duration = Duration::from_secs(1);
+const CLOSING_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Parameters of a session.
 #[derive(Default)]
@@ -133,9 +133,12 @@ pub(crate) fn open(options: &SessionOptions<'_>) -> Result<Session, Error> {
             }
         })
         .map_err(Error::Thread)?;
-    match opened.recv_timeout(OPENING) {
+    match opened.recv_timeout(OPENING_TIMEOUT) {
         Ok(session) => session.map_err(|error| Error::Open(strip_locations(&error.to_string()))),
-        Err(_) => Err(Error::Open(format!("no reply within {} s", OPENING.as_secs()))),
+        Err(_) => Err(Error::Open(format!(
+            "no reply within {} s",
+            OPENING_TIMEOUT.as_secs()
+        ))),
     }
 }
 
@@ -167,14 +170,14 @@ pub(crate) fn close(session: Session) {
         .spawn(close)
         .is_ok()
     {
-        let _ = closed.recv_timeout(CLOSING);
+        let _ = closed.recv_timeout(CLOSING_TIMEOUT);
     }
 }
 
 /// Raises the niceness of the calling thread and of threads that it starts.
 pub(crate) fn lower_priority() {
     // If the system refuses, the thread keeps its priority.
-    let _ = rustix::process::nice(NICE);
+    let _ = rustix::process::nice(ADDED_NICENESS);
 }
 
 fn config(options: &SessionOptions<'_>) -> Result<Config, Error> {
@@ -208,7 +211,7 @@ fn config(options: &SessionOptions<'_>) -> Result<Config, Error> {
             "transport/link/tx/queue/congestion_control/block/wait_before_close",
             json!(BLOCKED_US),
         ),
-        ("transport/link/rx/max_message_size", json!(LARGEST)),
+        ("transport/link/rx/max_message_size", json!(MAX_MESSAGE_BYTES)),
     ];
     if options.retry {
         // Opening does not wait for discovered peers.

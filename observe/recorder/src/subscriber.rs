@@ -13,7 +13,7 @@ use crate::topic::{FetchFlag, Notice, Shared, Stamps, Topic, TopicContent, Topic
 
 /// Larger values, in bytes, are fetched by the writing thread instead of copied by their publisher. Copying
 /// this many bytes takes a few microseconds.
-const LARGE: usize = 32 << 10;
+const FETCHED_BYTES: usize = 32 << 10;
 
 /// The state of a variable's watch.
 struct Subscriber {
@@ -65,7 +65,7 @@ pub(crate) fn watch(
         ("unit".to_owned(), declared.unit.clone()),
         ("validity".to_owned(), validity(declared.access)),
     ]);
-    let fetch_flag = (declared.value_type.bytes > LARGE && !shared.lossless).then(|| FetchFlag {
+    let fetch_flag = (declared.value_type.bytes > FETCHED_BYTES && !shared.lossless).then(|| FetchFlag {
         variable: Arc::clone(variable),
         first: variable.newest(),
         is_new: true.into(),

@@ -25,7 +25,7 @@ use crate::subscriber::retraction_notice;
 /// blocks for more than a second.
 const TOPIC_BYTES: usize = 512 << 10;
 /// Slots of a panel: half a second of one that is drawn at the highest rate.
-const PANELS: usize = 16;
+const PANEL_SLOTS: usize = 16;
 /// Upper limit of the bytes of a panel's drawings that are not yet written: some seconds of one that contains
 /// a picture, or one of the largest.
 const PANEL_BYTES: usize = 16 << 20;
@@ -166,7 +166,7 @@ impl TopicQueue {
         let slots = match (&content, &fetch_flag) {
             (_, Some(_)) => 1,
             (TopicContent::Values(_), None) => (TOPIC_BYTES / bytes).clamp(SLOTS.0, SLOTS.1),
-            (TopicContent::Panel, None) => PANELS,
+            (TopicContent::Panel, None) => PANEL_SLOTS,
         };
         let free = ArrayQueue::new(slots);
         if fetch_flag.is_none() {

@@ -22,7 +22,7 @@ use crate::topic::{Notice, Shared, Slot, SlotForm, TopicContent, TopicQueue};
 use crate::writer::Times;
 
 /// The longest time between two rounds. A publisher may wake the thread earlier.
-const ROUND: Duration = Duration::from_millis(20);
+const ROUND_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Writes a recording.
 pub(crate) struct WriterThread {
@@ -105,7 +105,7 @@ impl WriterThread {
                 return self.finish();
             }
             if !more {
-                thread::park_timeout(ROUND);
+                thread::park_timeout(ROUND_INTERVAL);
             }
         }
     }

@@ -10,21 +10,21 @@ use crate::analysis::{Analysis, Columns, Series, Trace};
 use crate::chart::{self, Area, Bands, SMALL};
 
 /// Area of the usual picture, units. A larger picture shows the same content at a larger scale, not more.
-const UNITS: f32 = 1600.0 * 1067.0;
+const USUAL_AREA: f32 = 1600.0 * 1067.0;
 /// Margin at the edges, units.
-const MARGIN: f32 = 36.0;
+const EDGE_MARGIN: f32 = 36.0;
 /// Height above charts for the title, units.
-const HEADING: f32 = 104.0;
+const HEADING_HEIGHT: f32 = 104.0;
 /// Height above charts for a title alone, units.
-const TITLE: f32 = 72.0;
+const TITLE_HEIGHT: f32 = 72.0;
 /// Width left of charts without row names for numbers, units.
-const AXIS: f32 = 84.0;
+const AXIS_WIDTH: f32 = 84.0;
 /// Height below the bands for the times, units.
-const TIMES: f32 = 34.0;
+const TIMES_HEIGHT: f32 = 34.0;
 /// Height of a line of remarks, units.
-const REMARK: f32 = 20.0;
+const REMARK_HEIGHT: f32 = 20.0;
 /// Largest share of the height for the bands when there is a map or a chart.
-const BANDS: f32 = 0.42;
+const MAX_BANDS_SHARE: f32 = 0.42;
 
 /// Smallest and largest side of a picture, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 200..=8000;
@@ -48,7 +48,7 @@ impl Size {
     /// Returns the pixels per unit, and the width and the height in units.
     fn units(self) -> (f32, f32, f32) {
         let (width, height) = (self.width as f32, self.height as f32);
-        let scale = (width * height / UNITS).sqrt();
+        let scale = (width * height / USUAL_AREA).sqrt();
         (scale, width / scale, height / scale)
     }
 }
@@ -75,19 +75,19 @@ impl<'t> Layout<'t> {
     fn new(analysis: &'t Analysis, size: Size) -> Self {
         let (scale, width, height) = size.units();
         let remarks = remarks(analysis);
-        let remarks_top = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
+        let remarks_top = height - EDGE_MARGIN / 2.0 - remarks.len() as f32 * REMARK_HEIGHT;
         let has_lines = !analysis.traces.is_empty();
         let has_map = !has_lines && analysis.ending.drive.has_path();
         let max_height = if has_lines || has_map {
-            remarks_top * BANDS
+            remarks_top * MAX_BANDS_SHARE
         } else {
-            remarks_top - HEADING - TIMES
+            remarks_top - HEADING_HEIGHT - TIMES_HEIGHT
         };
         let bands = Bands::new(analysis, max_height);
         let (left, right) = if bands.height() > 0.0 {
-            (MARGIN + chart::NAMES, chart::NUMBERS + MARGIN)
+            (EDGE_MARGIN + chart::NAMES, chart::NUMBERS + EDGE_MARGIN)
         } else {
-            (AXIS, MARGIN)
+            (AXIS_WIDTH, EDGE_MARGIN)
         };
         Self {
             scale,
@@ -95,7 +95,7 @@ impl<'t> Layout<'t> {
             height,
             times: Area {
                 left,
-                top: remarks_top - TIMES - bands.height(),
+                top: remarks_top - TIMES_HEIGHT - bands.height(),
                 width: (width - left - right).max(40.0),
                 height: bands.height(),
             },
@@ -118,12 +118,12 @@ pub fn draw_recording(analysis: &Analysis, size: Size) -> Picture {
     if layout.has_map {
         map::draw_within(&mut drawing, drive, layout.width, times.top);
     } else {
-        heading(&mut drawing, analysis, MARGIN);
+        heading(&mut drawing, analysis, EDGE_MARGIN);
     }
     if layout.has_lines {
         let area = Area {
-            top: HEADING,
-            height: (times.top - HEADING).max(40.0),
+            top: HEADING_HEIGHT,
+            height: (times.top - HEADING_HEIGHT).max(40.0),
             ..times
         };
         chart::charts(&mut drawing, area, analysis.columns, &analysis.traces);
@@ -134,9 +134,9 @@ pub fn draw_recording(analysis: &Analysis, size: Size) -> Picture {
         chart::time_axis(&mut drawing, times, analysis.columns);
     }
     for (number, remark) in layout.remarks.iter().enumerate() {
-        let y = layout.remarks_top + (number as f32 + 0.5) * REMARK;
-        let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * MARGIN);
-        drawing.label(&text, SMALL, (MARGIN, y), Align::Left, ColorRole::Soft);
+        let y = layout.remarks_top + (number as f32 + 0.5) * REMARK_HEIGHT;
+        let text = drawing.fitted(remark, SMALL, layout.width - 2.0 * EDGE_MARGIN);
+        drawing.label(&text, SMALL, (EDGE_MARGIN, y), Align::Left, ColorRole::Soft);
     }
     Picture::new(drawing, layout.scale)
 }
@@ -166,12 +166,12 @@ pub fn draw_numbers(title: &str, numbers: Vec<Numbers>, size: Size) -> Picture {
         (in_no_recording, trace)
     });
     let mut drawing = Drawing::new(width, height);
-    drawing.text(title, 32.0, (MARGIN, 52.0), Align::Left, ColorRole::Ink);
+    drawing.text(title, 32.0, (EDGE_MARGIN, 52.0), Align::Left, ColorRole::Ink);
     let area = Area {
-        left: AXIS,
-        top: TITLE,
-        width: (width - AXIS - MARGIN).max(40.0),
-        height: (height - TITLE - TIMES).max(40.0),
+        left: AXIS_WIDTH,
+        top: TITLE_HEIGHT,
+        width: (width - AXIS_WIDTH - EDGE_MARGIN).max(40.0),
+        height: (height - TITLE_HEIGHT - TIMES_HEIGHT).max(40.0),
     };
     chart::charts(&mut drawing, area, columns, &Vec::from_iter(traces));
     chart::time_axis(&mut drawing, area, columns);
@@ -232,9 +232,9 @@ mod tests {
         assert_eq!((pixels.width(), pixels.height()), (800, 400));
         let height_at = |share: f32| {
             let (scale, width, _) = size.units();
-            let x = ((AXIS + share * (width - AXIS - MARGIN)) * scale) as u32;
+            let x = ((AXIS_WIDTH + share * (width - AXIS_WIDTH - EDGE_MARGIN)) * scale) as u32;
             // The legend above the chart has the colour too.
-            let mut column = (TITLE * scale) as u32 + 30..400;
+            let mut column = (TITLE_HEIGHT * scale) as u32 + 30..400;
             column.find(|y| {
                 let pixel = pixels.pixel(x, *y).unwrap();
                 pixel.blue() > pixel.red().saturating_add(60)

@@ -10,7 +10,7 @@ use crate::robot_sources::RobotSources;
 /// Least time between two scans that are kept, ns: one scan a second is enough to show a building.
 const SCAN_INTERVAL: Nanos = 1_000_000_000;
 /// Places beyond 1000 km are measurement errors.
-const FARTHEST: f64 = 1e6;
+const FARTHEST_PLACE: f64 = 1e6;
 
 /// A robot at one time. The winner remains until the next point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,5 +210,5 @@ impl RobotTimeline {
 /// Whether numbers can be coordinates of a place.
 #[must_use]
 pub fn is_placed(numbers: &[f64]) -> bool {
-    numbers.iter().all(|number| number.abs() <= FARTHEST)
+    numbers.iter().all(|number| number.abs() <= FARTHEST_PLACE)
 }

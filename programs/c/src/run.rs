@@ -10,7 +10,7 @@ use crate::boundary::{Failure, call, give, give_text, text};
 use crate::{handles, tables};
 
 /// The longest time of a run, s.
-const LONGEST: f64 = 9e9;
+const LONGEST_RUN: f64 = 9e9;
 
 /// Runs the next instant in lockstep: everything that is due then. `JDE_ENDED` if the application has ended;
 /// `JDE_NOT_REACHED` if nothing is due any more. Blocks while the schemas compute.
@@ -108,10 +108,10 @@ pub extern "C" fn jde_run_close(run: *mut tables::Run) -> i32 {
 
 /// Converts a time of the program, s, to ns.
 pub(crate) fn nanoseconds(seconds: f64) -> Result<Nanos, Failure> {
-    if (0.0..LONGEST).contains(&seconds) {
+    if (0.0..LONGEST_RUN).contains(&seconds) {
         Ok((seconds * 1e9).round() as Nanos)
     } else {
-        let text = format!("{seconds} s is not a time of a run: give 0 to {LONGEST:e}");
+        let text = format!("{seconds} s is not a time of a run: give 0 to {LONGEST_RUN:e}");
         Err(Failure::new(raw::BAD_ARGUMENT, text))
     }
 }

@@ -23,7 +23,7 @@ use jde_experiment::drive::EventQueue;
 /// The greatest time that a run reaches, ns: no end.
 pub const FOREVER: Nanos = Nanos::MAX - 1;
 /// How often a run in real time looks for records, conditions and the end of a lease.
-const LOOK: Duration = Duration::from_millis(10);
+const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 
 /// A started application, in real time or in lockstep. Dropping it brings the application to rest.
 pub struct Run {
@@ -260,7 +260,7 @@ impl Shared {
         while !matches!(state.executor, Executor::AtRest) || self.handle.outcome().is_none() {
             state.observe(self);
             self.looked.notify_all();
-            self.looked.wait_for(&mut state, LOOK);
+            self.looked.wait_for(&mut state, LOOK_INTERVAL);
         }
     }
 }

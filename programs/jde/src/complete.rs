@@ -1,5 +1,5 @@
 //! Completes names in the shell: of running applications, of their contents, and of recordings. A source that
-//! does not reply within [`TIMEOUT`] is omitted, because a key press must not wait.
+//! does not reply within [`COMPLETION_TIMEOUT`] is omitted, because a key press must not wait.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -21,7 +21,7 @@ use crate::remote::panel;
 use crate::{analysis, inspect};
 
 /// The longest time that a key press may wait.
-const TIMEOUT: Duration = Duration::from_millis(700);
+const COMPLETION_TIMEOUT: Duration = Duration::from_millis(700);
 
 /// Completes the names of applications that run on this machine.
 pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
@@ -82,7 +82,7 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
         let _watching = remote
             .watch_panel(schema, Rate::Full, move |sample| drop(sender.send(sample.list)))
             .ok()?;
-        let list = receiver.recv_timeout(TIMEOUT).ok()?.ok()?;
+        let list = receiver.recv_timeout(COMPLETION_TIMEOUT).ok()?.ok()?;
         let names = panel::touchable(&list).filter_map(Item::id);
         Some(names.map(|id| (id.to_owned(), String::new())).collect())
     });
@@ -204,14 +204,14 @@ impl CommandLine {
     }
 }
 
-/// Returns the result of `query` if it arrives within [`TIMEOUT`]. The thread is not joined.
+/// Returns the result of `query` if it arrives within [`COMPLETION_TIMEOUT`]. The thread is not joined.
 fn with_timeout<T: Send + 'static>(query: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
     let (sender, receiver) = channel();
     thread::spawn(move || {
         // The receiver is dropped if the result is late.
         let _ = sender.send(query());
     });
-    receiver.recv_timeout(TIMEOUT).ok().flatten()
+    receiver.recv_timeout(COMPLETION_TIMEOUT).ok().flatten()
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ use crate::{error, json, record_to_python};
 /// The most values, records or drawings that wait; newer ones are dropped and counted.
 const MAX_QUEUED: usize = 1000;
 /// How often a wait looks for signals, and for the end of the application.
-const LOOK: Duration = Duration::from_millis(50);
+const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A running application.
 #[pyclass(frozen, module = "jde", name = "Remote")]
@@ -255,9 +255,9 @@ impl Watch {
         }
         let end = timeout.map(|timeout| Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 1e9)));
         while self.subscription.lock().is_some() {
-            let left = end.map_or(LOOK, |end| end.saturating_duration_since(Instant::now()));
+            let left = end.map_or(LOOK_INTERVAL, |end| end.saturating_duration_since(Instant::now()));
             let is_gone = !self.remote.is_alive();
-            let arrived = py.detach(|| self.receiver.lock().recv_timeout(left.min(LOOK)));
+            let arrived = py.detach(|| self.receiver.lock().recv_timeout(left.min(LOOK_INTERVAL)));
             if let Ok(arrived) = arrived {
                 return arrival_to_python(py, &arrived).map(Some);
             }

@@ -19,7 +19,7 @@ use crate::summary::RunSummary;
 const APPLICATION: &str = "safe-navigation";
 /// Limit of the mission in the application's time: about four times the duration of the mission. A robot that
 /// exceeds it is lost.
-const LIMIT: Nanos = 1200 * 1_000_000_000;
+const MISSION_LIMIT: Nanos = 1200 * 1_000_000_000;
 /// Interval between two progress lines in real time, long enough to read them.
 const STATUS_INTERVAL: Nanos = 5_000_000_000;
 /// The same interval in lockstep, where minutes pass in a second.
@@ -81,7 +81,7 @@ impl Demo {
         };
         let options = RunOptions {
             lockstep: self.time.lockstep,
-            limit: Some(LIMIT),
+            limit: Some(MISSION_LIMIT),
             speed: self.time.speed,
             view: if prints_lines {
                 RunView::Lines(ProgressMode::Status(status_interval))

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::{FAINT, TextWriter};
 
 /// Time before the line appears, and between two updates of it.
-const INTERVAL: Duration = Duration::from_millis(300);
+const UPDATE_INTERVAL: Duration = Duration::from_millis(300);
 
 /// The line.
 pub struct ProgressLine {
@@ -22,7 +22,7 @@ impl Default for ProgressLine {
     fn default() -> Self {
         Self {
             output: super::err_is_terminal().then(super::err),
-            next: Instant::now() + INTERVAL,
+            next: Instant::now() + UPDATE_INTERVAL,
             shown: 0,
         }
     }
@@ -35,7 +35,7 @@ impl ProgressLine {
             && let Some(output) = &mut self.output
         {
             let text = text();
-            (self.next, self.shown) = (Instant::now() + INTERVAL, text.chars().count());
+            (self.next, self.shown) = (Instant::now() + UPDATE_INTERVAL, text.chars().count());
             // A closed terminal is not a reason to fail.
             let _ = output
                 .write_all(b"\r")

@@ -12,11 +12,11 @@ use rustix::stdio::stderr;
 use super::{POLICY, drain};
 
 /// Bytes that are written at once: fewer than a pipe or a terminal takes whenever it says that it has room.
-const PIECE: usize = 256;
+const PIECE_BYTES: usize = 256;
 
 /// Standard error with a piece of text that is not written yet.
 struct RawError {
-    piece: [u8; PIECE],
+    piece: [u8; PIECE_BYTES],
     length: usize,
 }
 
@@ -43,7 +43,7 @@ impl Write for RawError {
             };
             let mut bytes = [0; 4];
             let bytes = letter.encode_utf8(&mut bytes).as_bytes();
-            if self.length + bytes.len() > PIECE {
+            if self.length + bytes.len() > PIECE_BYTES {
                 self.flush();
             }
             self.piece[self.length..][..bytes.len()].copy_from_slice(bytes);
@@ -56,7 +56,7 @@ impl Write for RawError {
 /// Writes a text on standard error.
 pub fn write_raw(text: fmt::Arguments<'_>) {
     let mut error = RawError {
-        piece: [0; PIECE],
+        piece: [0; PIECE_BYTES],
         length: 0,
     };
     // Fails only if a value that is shown fails to show itself; what came before is written.

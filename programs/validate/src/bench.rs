@@ -18,7 +18,7 @@ use crate::malformed::malformed;
 use crate::measurement::value_of;
 
 /// The time that passes between two calls, ns.
-const STEP: u64 = 50_000_000;
+const CALL_INTERVAL: u64 = 50_000_000;
 
 /// The circumstances of a life.
 #[derive(Clone, Copy)]
@@ -69,7 +69,7 @@ impl<'s> Bench<'s> {
             owner: std::thread::current().id(),
             name: CString::from(c"validated"),
             application,
-            now: STEP,
+            now: CALL_INTERVAL,
             call: None,
             is_misused: AtomicBool::new(false),
             values: schema.ports.iter().map(value).collect(),
@@ -101,7 +101,7 @@ impl<'s> Bench<'s> {
         // SAFETY: the functions of `HOST` and `OLD_HOST` expect a `Bench` behind their context.
         let result = call(unsafe { PluginContext::new(self) });
         self.call = None;
-        self.now += STEP;
+        self.now += CALL_INTERVAL;
         self.is_loaned.fill(false);
         if self.is_misused.load(Ordering::Acquire) {
             self.breach(
@@ -290,7 +290,7 @@ impl Host for Bench<'_> {
         Ok(raw::Sample {
             data: bytes.as_ptr().cast(),
             bytes: bytes.len() as u64,
-            time_ns: self.now - STEP,
+            time_ns: self.now - CALL_INTERVAL,
             sequence: u64::from(is_import),
             writer: u32::MAX,
             flags: match port.role {

@@ -35,9 +35,9 @@ pub(crate) const STAYS: &str = "stays";
 /// The lives after which an instance may leave nothing more behind.
 const WARM_UP: usize = 3;
 /// The lives after that.
-const LIVES: usize = 24;
+const LIVES_PER_ROUND: usize = 24;
 /// How many times that many lives are counted.
-const ROUNDS: usize = 3;
+const COUNTED_ROUNDS: usize = 3;
 /// The memory that each of these may leave: an allocator keeps some for itself.
 const MAX_LEAK: usize = 512;
 /// How long threads may take to end.
@@ -258,7 +258,7 @@ fn repeats(subject: Subject<'_>) -> CheckResult {
 fn growth<T>(subject: Subject<'_>, measure: impl Fn() -> T) -> (T, T) {
     (0..WARM_UP).for_each(|_| drop(subject.live(USUAL)));
     let before = measure();
-    (0..LIVES).for_each(|_| drop(subject.live(USUAL)));
+    (0..LIVES_PER_ROUND).for_each(|_| drop(subject.live(USUAL)));
     (before, measure())
 }
 
@@ -271,14 +271,16 @@ fn threads(subject: Subject<'_>) -> CheckResult {
         std::thread::yield_now();
         after = count();
     }
-    verdict((after > before).then(|| format!("{LIVES} instances left {} threads", after - before)))
+    verdict((after > before).then(|| format!("{LIVES_PER_ROUND} instances left {} threads", after - before)))
 }
 
 fn files(subject: Subject<'_>) -> CheckResult {
     let (before, after) = growth(subject, || {
         fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
     });
-    verdict((after > before).then(|| format!("{LIVES} instances left {} files open", after - before)))
+    verdict(
+        (after > before).then(|| format!("{LIVES_PER_ROUND} instances left {} files open", after - before)),
+    )
 }
 
 fn memory(subject: Subject<'_>) -> CheckResult {
@@ -292,10 +294,15 @@ fn memory(subject: Subject<'_>) -> CheckResult {
         after.saturating_sub(before)
     };
     // What instances leave grows each time; what the allocator keeps for later counts as used, and does not.
-    let leaks = |left: &usize| *left > LIVES * MAX_LEAK;
-    let left = (0..ROUNDS).map(left).take_while(leaks).collect::<Vec<_>>();
+    let leaks = |left: &usize| *left > LIVES_PER_ROUND * MAX_LEAK;
+    let left = (0..COUNTED_ROUNDS)
+        .map(left)
+        .take_while(leaks)
+        .collect::<Vec<_>>();
     verdict(match left[..] {
-        [.., last] if left.len() == ROUNDS => Some(format!("{LIVES} instances left {last} bytes")),
+        [.., last] if left.len() == COUNTED_ROUNDS => {
+            Some(format!("{LIVES_PER_ROUND} instances left {last} bytes"))
+        }
         _ => None,
     })
 }

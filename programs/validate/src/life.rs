@@ -61,7 +61,7 @@ pub(crate) const USUAL: Circumstances = Circumstances {
 const BETWEEN_LIVES: &[u8] = b"\n";
 
 /// The turns of a life.
-const TURNS: usize = 4;
+const TURNS_PER_LIFE: usize = 4;
 
 impl<'s> Subject<'s> {
     /// Creates an instance. `Err` contains the reason that it stated, if any.
@@ -94,7 +94,7 @@ impl<'s> Subject<'s> {
                 ..Account::default()
             },
             Ok(mut life) => {
-                let failure = life.wake_up().or_else(|| life.take_turns(TURNS));
+                let failure = life.wake_up().or_else(|| life.take_turns(TURNS_PER_LIFE));
                 life.fall_asleep();
                 life.end(failure)
             }

@@ -6,7 +6,7 @@ use jde_abi::describe::{Field, Form, Type};
 use jde_link::Sample;
 
 /// The encoding of depths in metres (REP-118).
-const DEPTHS: &[u8] = b"32FC1";
+const DEPTH_ENCODING: &[u8] = b"32FC1";
 
 /// An image, with rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl Picture {
             b"rgb8" => (3, [0, 1, 2]),
             b"bgr8" => (3, [2, 1, 0]),
             b"mono8" => (1, [0, 0, 0]),
-            DEPTHS => (4, [0, 0, 0]),
+            DEPTH_ENCODING => (4, [0, 0, 0]),
             other => {
                 let other = String::from_utf8_lossy(other);
                 return Err(format!(
@@ -58,7 +58,7 @@ impl Picture {
             .chunks(step)
             .take(height)
             .flat_map(|line| line[..row].chunks_exact(depth));
-        let rgba = if encoding == DEPTHS {
+        let rgba = if encoding == DEPTH_ENCODING {
             let is_bigendian = fields
                 .of("is_bigendian")
                 .and_then(|field| bytes.get(field.offset))

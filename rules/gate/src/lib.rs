@@ -41,11 +41,11 @@ pub struct Gate<T, R> {
 }
 
 /// No call runs.
-const NONE: u64 = 0;
+const NO_CALL: u64 = 0;
 /// The holder of the lock is giving up the call.
 const GIVING_UP: u64 = u64::MAX - 1;
 /// The call was given up.
-const CLOSED: u64 = u64::MAX;
+const CALL_GIVEN_UP: u64 = u64::MAX;
 
 #[derive(Debug)]
 enum State<T, R> {
@@ -61,7 +61,7 @@ impl<T, R> Gate<T, R> {
     pub fn new(used: T) -> Self {
         Self {
             state: Mutex::new(State::Open(used)),
-            call: AtomicU64::new(NONE),
+            call: AtomicU64::new(NO_CALL),
         }
     }
 
@@ -91,7 +91,7 @@ impl<T, R> Gate<T, R> {
         let call = self.call.load(Ordering::Acquire);
         let swap = || {
             self.call
-                .compare_exchange(call, NONE, Ordering::AcqRel, Ordering::Acquire)
+                .compare_exchange(call, NO_CALL, Ordering::AcqRel, Ordering::Acquire)
         };
         call < GIVING_UP && swap().is_ok()
     }
@@ -102,7 +102,7 @@ impl<T, R> Gate<T, R> {
         // When the lock is free, a thread that was giving up the call has finished.
         match &mut *self.lock() {
             State::Open(used) => {
-                self.call.store(NONE, Ordering::Release);
+                self.call.store(NO_CALL, Ordering::Release);
                 clean_up(used);
                 true
             }
@@ -112,7 +112,7 @@ impl<T, R> Gate<T, R> {
 
     /// Returns whether a call was given up.
     pub fn is_closed(&self) -> bool {
-        self.call.load(Ordering::Acquire) == CLOSED
+        self.call.load(Ordering::Acquire) == CALL_GIVEN_UP
     }
 
     /// Gives up the call that runs since `since`. `split` returns the data of a successor and the data that
@@ -144,7 +144,7 @@ impl<T, R> Gate<T, R> {
         match split(used) {
             Ok((successor, remains)) => {
                 *state = State::Closed { remains };
-                self.call.store(CLOSED, Ordering::Release);
+                self.call.store(CALL_GIVEN_UP, Ordering::Release);
                 if let State::Closed { remains } = &*state {
                     notify(remains);
                 }

@@ -13,7 +13,7 @@ use super::{Application, Binding, ImportSource, InstanceConfig, InstancePort};
 use crate::period::format_setting;
 
 /// Differences up to here are none, m and rad: people measure outlines and mounts by hand.
-const SAME: f64 = 0.01;
+const MEASURING_ERROR: f64 = 0.01;
 /// The factor up to which one limit does not exceed another.
 const SAME_LIMIT: f64 = 1.000_001;
 
@@ -86,7 +86,7 @@ impl Application {
                 continue;
             };
             let turned = jde_types::normalize_angle(own.value.theta - other.value.theta);
-            if own.value.distance_to(&other.value) > SAME || turned.abs() > SAME {
+            if own.value.distance_to(&other.value) > MEASURING_ERROR || turned.abs() > MEASURING_ERROR {
                 warnings.push(format!(
                     "line {}: `{}` is {}, and `{}` in line {} is {}, but both say where the sensor of `{}` is: state the same in both",
                     own.line,
@@ -307,9 +307,13 @@ fn exceeded(own: &Stated<'_, f64>, limit: &Stated<'_, f64>, consequence: &str) -
 /// Whether both are circles of one radius, or convex areas with the same corners, whichever is the first.
 fn is_same_outline(one: &Footprint, other: &Footprint) -> bool {
     if one.points.is_empty() && other.points.is_empty() {
-        return (one.radius - other.radius).abs() <= SAME;
+        return (one.radius - other.radius).abs() <= MEASURING_ERROR;
     }
-    let has = |of: &Footprint, a: &Point2D| of.points.iter().any(|b| (a.x - b.x).hypot(a.y - b.y) <= SAME);
+    let has = |of: &Footprint, a: &Point2D| {
+        of.points
+            .iter()
+            .any(|b| (a.x - b.x).hypot(a.y - b.y) <= MEASURING_ERROR)
+    };
     one.points.iter().all(|corner| has(other, corner)) && other.points.iter().all(|corner| has(one, corner))
 }
 

@@ -10,14 +10,14 @@ use jde_document::{FaultReport, quote};
 use jde_ros::definition::split;
 
 /// The last bytes of a file: the record of its footer, and then these.
-const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+const MCAP_MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// The bytes of the footer: kind, length, two places, a checksum; and those after it.
-const END: usize = 1 + 8 + 20 + MAGIC.len();
+const FOOTER_BYTES: usize = 1 + 8 + 20 + MCAP_MAGIC.len();
 /// The largest summary that is read, bytes. One has as much as the definitions of its topics.
 const MAX_SUMMARY: u64 = 64 << 20;
 /// Kinds of records.
-const FOOTER: u64 = 2;
-const SCHEMA: u64 = 3;
+const FOOTER_RECORD: u64 = 2;
+const SCHEMA_RECORD: u64 = 3;
 
 /// Returns the text of each message that these recordings define, by its name. The first of a name counts.
 pub(super) fn definitions(
@@ -49,16 +49,16 @@ pub(super) fn definitions(
 /// Reads the summary of a recording; `None` if there is none.
 fn summary(path: &Path) -> io::Result<Option<Vec<u8>>> {
     let mut file = jde_files::open(path)?;
-    let Some(before_end) = file.metadata()?.len().checked_sub(END as u64) else {
+    let Some(before_end) = file.metadata()?.len().checked_sub(FOOTER_BYTES as u64) else {
         return Ok(None);
     };
-    let mut end = [0; END];
+    let mut end = [0; FOOTER_BYTES];
     file.seek(SeekFrom::Start(before_end))?;
     file.read_exact(&mut end)?;
     let mut rest = &end[..];
     let (kind, _, start) = (number(&mut rest, 1), number(&mut rest, 8), number(&mut rest, 8));
     let start = start.filter(|start| (1..=before_end).contains(start));
-    let (Some(start), Some(FOOTER), true) = (start, kind, end.ends_with(&MAGIC)) else {
+    let (Some(start), Some(FOOTER_RECORD), true) = (start, kind, end.ends_with(&MCAP_MAGIC)) else {
         return Ok(None);
     };
     if before_end - start > MAX_SUMMARY {
@@ -77,7 +77,7 @@ fn schemas(mut summary: &[u8]) -> Option<BTreeMap<String, String>> {
     while let Some(kind) = number(&mut summary, 1) {
         let length = number(&mut summary, 8)?;
         let mut record = part(&mut summary, length)?;
-        if kind == SCHEMA {
+        if kind == SCHEMA_RECORD {
             let _ = number(&mut record, 2)?;
             let (name, encoding, definition) = (text(&mut record)?, text(&mut record)?, text(&mut record)?);
             if encoding == "ros2msg" {

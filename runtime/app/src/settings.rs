@@ -14,10 +14,10 @@ use jde_document::{FaultReport, quote};
 const BACK_OFF: Nanos = 500_000_000;
 /// The default number of restarts. The back-off doubles, so the fifth restart follows after 15 s; a schema
 /// that still fails then is broken.
-const LIMIT: u32 = 5;
+const DEFAULT_RESTARTS: u32 = 5;
 /// The default time within which restarts are counted, ns. On a robot that runs for days, a schema that fails
 /// occasionally is not broken.
-const WITHIN: Nanos = 60_000_000_000;
+const DEFAULT_RESTART_WINDOW: Nanos = 60_000_000_000;
 
 /// The contents of a schema's own keys.
 pub(super) struct InstanceSettings {
@@ -83,7 +83,7 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
     const EXPECTED: &str =
         "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5, within = \"60s\" }";
     if section.get("restart").is_none() {
-        return on_fault(BACK_OFF, LIMIT, WITHIN);
+        return on_fault(BACK_OFF, DEFAULT_RESTARTS, DEFAULT_RESTART_WINDOW);
     }
     let table = match section.word_or_table(report, "restart", EXPECTED) {
         None => return Restart::Never,
@@ -102,12 +102,12 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
                         .suggest(other, "ways", ["never", "on-fault"]);
                 }
             }
-            return on_fault(BACK_OFF, LIMIT, WITHIN);
+            return on_fault(BACK_OFF, DEFAULT_RESTARTS, DEFAULT_RESTART_WINDOW);
         }
     };
     table.refuse_unknown(report, &["back-off", "limit", "within"]);
     let backoff = time::of(report, &table, "back-off").unwrap_or(BACK_OFF);
-    let limit = table.get("limit").map_or(Some(LIMIT), |node| {
+    let limit = table.get("limit").map_or(Some(DEFAULT_RESTARTS), |node| {
         let limit = integer(node.get_ref())
             .and_then(|limit| u32::try_from(limit).ok())
             .filter(|limit| *limit > 0);
@@ -121,6 +121,6 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
         }
         limit
     });
-    let within = time::of(report, &table, "within").unwrap_or(WITHIN);
-    on_fault(backoff, limit.unwrap_or(LIMIT), within)
+    let within = time::of(report, &table, "within").unwrap_or(DEFAULT_RESTART_WINDOW);
+    on_fault(backoff, limit.unwrap_or(DEFAULT_RESTARTS), within)
 }

@@ -11,11 +11,11 @@ use super::{Application, Binding, InstanceConfig};
 /// machine without real-time scheduling; two in a row are not.
 const VALUE_PERIODS: Nanos = 3;
 /// No value is valid for a shorter time because of its periods, ns: a busy machine may delay a thread that long.
-const LEAST: Nanos = 60_000_000;
+const MIN_VALIDITY: Nanos = 60_000_000;
 /// The periods for which a command is in force at least, so that a schema that is slow by design is not silent.
 const COMMAND_PERIODS: Nanos = 2;
 /// The validity of a lasting value.
-const LASTING: Nanos = Nanos::MAX;
+const LASTING_VALIDITY: Nanos = Nanos::MAX;
 
 impl InstanceConfig {
     /// Returns how long a value of an export is valid after its publication, ns; [`Nanos::MAX`] if it is lasting,
@@ -24,11 +24,11 @@ impl InstanceConfig {
     pub fn validity_ns(&self, port: usize) -> Nanos {
         match self.schema.ports[port].role {
             Role::Export { validity } => match validity {
-                Validity::Periods => self.period_ns.saturating_mul(VALUE_PERIODS).max(LEAST),
+                Validity::Periods => self.period_ns.saturating_mul(VALUE_PERIODS).max(MIN_VALIDITY),
                 Validity::Time(ns) => ns,
-                Validity::Lasting => LASTING,
+                Validity::Lasting => LASTING_VALIDITY,
             },
-            _ => LASTING,
+            _ => LASTING_VALIDITY,
         }
     }
 

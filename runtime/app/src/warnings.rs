@@ -11,9 +11,9 @@ use crate::period::format_setting;
 use jde_document::quote_all;
 
 /// How many times longer or shorter than the type's period a period probably has the wrong unit.
-const FAR: Nanos = 100;
+const WRONG_UNIT_FACTOR: Nanos = 100;
 /// How many times longer or shorter than the type's period the period that was meant may be.
-const NEAR: Nanos = 10;
+const MEANT_UNIT_FACTOR: Nanos = 10;
 /// The ratio of a unit of time to the next smaller one.
 const NEXT_UNIT: Nanos = 1000;
 
@@ -131,7 +131,7 @@ impl Application {
 /// Warns of a period that is far from the type's.
 fn warn_of_period(instance: &InstanceConfig) -> Option<String> {
     let (period, usual) = (instance.period_ns, instance.schema.period_ns);
-    let is_far = |one: Nanos, other: Nanos| one / FAR >= other;
+    let is_far = |one: Nanos, other: Nanos| one / WRONG_UNIT_FACTOR >= other;
     let meant = if is_far(period, usual) {
         period / NEXT_UNIT
     } else if is_far(usual, period) {
@@ -139,7 +139,7 @@ fn warn_of_period(instance: &InstanceConfig) -> Option<String> {
     } else {
         return None;
     };
-    let advice = if meant / NEAR < usual && usual / NEAR < meant {
+    let advice = if meant / MEANT_UNIT_FACTOR < usual && usual / MEANT_UNIT_FACTOR < meant {
         format!("; if {0} is meant, write period = \"{0}\"", format_setting(meant))
     } else {
         String::new()

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::Nanos;
 
 /// The inverse of the newest interval's weight: the mean covers about the last eight intervals.
-const LAST: u64 = 8;
+const AVERAGED_INTERVALS: u64 = 8;
 /// The longest interval that counts, in mean intervals. So the rate of a schema that slept soon becomes right
 /// again.
 const MAX_INTERVAL: u64 = 4;
@@ -34,7 +34,7 @@ impl Rate {
             interval
         } else {
             let interval = interval.min(mean.saturating_mul(MAX_INTERVAL));
-            mean - mean / LAST + interval / LAST
+            mean - mean / AVERAGED_INTERVALS + interval / AVERAGED_INTERVALS
         };
         self.interval.store(mean, Ordering::Relaxed);
     }

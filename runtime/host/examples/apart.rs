@@ -30,10 +30,10 @@ while data := os.read(0, scan.size):
     os.write(1, speed.pack(scan.unpack(data)[180], 0, 0, 0, 0, 0))
 ";
 /// The bytes of the ranges of a scan, and of a speed.
-const SCAN: usize = 1440;
-const SPEED: usize = size_of::<Twist>();
+const SCAN_BYTES: usize = 1440;
+const SPEED_BYTES: usize = size_of::<Twist>();
 /// The turns and the messages of which the median is shown.
-const TURNS: u64 = 5000;
+const TURN_COUNT: u64 = 5000;
 
 /// Looks at a scan and commands a speed: what a behaviour does in an iteration.
 #[derive(Describe)]
@@ -126,8 +126,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         arguments: vec!["-c".into(), PYTHON_ECHO.into()],
     };
     println!(
-        "python pipe {:8.2} us for {SCAN} bytes to a process of Python that unpacks them, and {SPEED} back",
-        pipe(&echo, SCAN, SPEED)?
+        "python pipe {:8.2} us for {SCAN_BYTES} bytes to a process of Python that unpacks them, and {SPEED_BYTES} back",
+        pipe(&echo, SCAN_BYTES, SPEED_BYTES)?
     );
     Ok(())
 }
@@ -156,7 +156,7 @@ fn turn(text: &str, plugins: &Plugins) -> Result<f64, Box<dyn Error>> {
         run.run_until(turn * period);
         start.elapsed().as_secs_f64() * 1e6
     };
-    Ok(median((1..=TURNS).map(time).collect()))
+    Ok(median((1..=TURN_COUNT).map(time).collect()))
 }
 
 /// This program, with another task.
@@ -176,7 +176,7 @@ fn pipe(program: &Program, there: usize, back: usize) -> Result<f64, Box<dyn Err
         return Err("the child has no pipes".into());
     };
     let mut times = Vec::new();
-    for _ in 0..TURNS {
+    for _ in 0..TURN_COUNT {
         let start = Instant::now();
         there.write_all(&sent)?;
         back.read_exact(&mut received)?;

@@ -18,7 +18,7 @@ use jde_host::{Lockstep, Options};
 use jde_loader::{Plugins, SearchPath};
 use jde_types::Mission;
 
-const SECOND: u64 = 1_000_000_000;
+const ONE_SECOND: u64 = 1_000_000_000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = Path::new(concat!(
@@ -38,14 +38,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         application,
         &plugins,
         Options {
-            limit: Some(600 * SECOND),
+            limit: Some(600 * ONE_SECOND),
             ..Options::default()
         },
     )?;
     let handle = running.handle();
     let mut reached = 0;
     let outcome = loop {
-        let outcome = running.run_until(handle.now() + SECOND);
+        let outcome = running.run_until(handle.now() + ONE_SECOND);
         let mission = handle.value::<Mission>("example.mission")?;
         if let Some(mission) = mission.filter(|mission| mission.reached != reached) {
             reached = mission.reached;

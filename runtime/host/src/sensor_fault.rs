@@ -5,9 +5,9 @@ use std::fmt;
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::{Nanos, value};
 
-const SECOND: Nanos = 1_000_000_000;
+const ONE_SECOND: Nanos = 1_000_000_000;
 /// How late an export may be at most: what was measured meanwhile is kept.
-const MOST_LATE: Nanos = 60 * SECOND;
+const MOST_LATE: Nanos = 60 * ONE_SECOND;
 /// The field of range sensors with their measurements.
 const RANGES: &str = "ranges";
 /// The fields with the least and the greatest distance that a range sensor measures.
@@ -55,8 +55,8 @@ impl SensorFault {
             Self::Late { by } if by <= MOST_LATE => Ok(()),
             Self::Late { by } => Err(format!(
                 "it is {} s late: expected at most {} s",
-                by / SECOND,
-                MOST_LATE / SECOND
+                by / ONE_SECOND,
+                MOST_LATE / ONE_SECOND
             )),
             Self::Contradictory => match limits(value_type) {
                 Some(_) => Ok(()),

@@ -11,7 +11,7 @@ use parking_lot::Mutex;
 /// tens of milliseconds.
 pub(crate) const MIN_STALL: Duration = Duration::from_millis(100);
 /// Stalls that are kept: those of calls that run now.
-const KEPT: usize = 16;
+const MAX_STALLS: usize = 16;
 
 /// When the host did not run.
 #[derive(Debug, Default)]
@@ -29,7 +29,7 @@ impl Stalls {
     pub(crate) fn wake(&self, now: Nanos) {
         let mut state = self.0.lock();
         if let Some(stall) = state.present(now) {
-            if state.stalls.len() == KEPT {
+            if state.stalls.len() == MAX_STALLS {
                 state.stalls.pop_front();
             }
             state.stalls.push_back(stall);
@@ -89,10 +89,10 @@ mod tests {
     #[test]
     fn only_the_newest_stalls_are_kept() {
         let stalls = Stalls::default();
-        for number in 0..2 * KEPT as Nanos {
+        for number in 0..2 * MAX_STALLS as Nanos {
             stalls.pause(100 * number, 100 * number + 10);
             stalls.wake(100 * number + 50);
         }
-        assert_eq!(stalls.within(0, 10_000), 50 * KEPT as Nanos);
+        assert_eq!(stalls.within(0, 10_000), 50 * MAX_STALLS as Nanos);
     }
 }

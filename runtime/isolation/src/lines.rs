@@ -11,7 +11,7 @@ use rustix::io::{ioctl_fionbio, retry_on_intr};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 
 /// The bytes that are read at once.
-const PIECE: usize = 1 << 16;
+const PIECE_BYTES: usize = 1 << 16;
 
 /// The lines of a stream of a child, without their ends.
 pub struct Lines {
@@ -65,7 +65,7 @@ impl Lines {
 
     /// Reads more. Returns whether there was something.
     fn read(&mut self) -> bool {
-        let mut piece = [0; PIECE];
+        let mut piece = [0; PIECE_BYTES];
         loop {
             match self.stream.read(&mut piece) {
                 Ok(read) => {

@@ -3,7 +3,7 @@
 use rustix::time::{ClockId, clock_gettime};
 
 /// The slice of the processor that a thread asks for, ns: the least that Linux grants.
-const SLICE: u64 = 100_000;
+const PROCESSOR_SLICE: u64 = 100_000;
 
 /// Makes this thread run soon once it is due. Its waits end on time, and not up to 50 us later, which is the default
 /// slack of timers. From Linux 6.12 on, its slices of the processor are short, so it need not wait until others that
@@ -24,7 +24,7 @@ fn request_short_slices() -> std::io::Result<()> {
     if attributes.sched_policy != libc::SCHED_OTHER.cast_unsigned() {
         return Ok(());
     }
-    attributes.sched_runtime = SLICE;
+    attributes.sched_runtime = PROCESSOR_SLICE;
     // SAFETY: the attributes state their size and live until the call returns.
     match unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const attributes, 0) } {
         0 => Ok(()),
@@ -53,7 +53,7 @@ pub fn machine_time() -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{SLICE, run_when_due, scheduling};
+    use super::{PROCESSOR_SLICE, run_when_due, scheduling};
 
     #[test]
     fn a_thread_has_short_slices_where_linux_grants_them_and_keeps_its_share() {
@@ -71,7 +71,7 @@ mod tests {
         let mut numbers = release.split('.').map_while(|number| number.parse::<u32>().ok());
         let is_granted = (numbers.next(), numbers.next()) >= (Some(6), Some(12));
         if is_granted && after.sched_policy == libc::SCHED_OTHER.cast_unsigned() {
-            assert_eq!(after.sched_runtime, SLICE, "{release}");
+            assert_eq!(after.sched_runtime, PROCESSOR_SLICE, "{release}");
         }
     }
 }

@@ -19,7 +19,7 @@ const PREFIX: &str = "jde-";
 /// The largest plugin, bytes: several times a debug build. A sparse file would fill the disk with its copy.
 const MAX_FILE: u64 = 1 << 30;
 /// Bytes that are compared at once.
-const PIECE: usize = 1 << 16;
+const PIECE_BYTES: usize = 1 << 16;
 
 /// A copy that no other process writes. Dropping this value removes it.
 #[derive(Debug)]
@@ -85,7 +85,7 @@ impl PrivateCopy {
 
 /// Whether two files of the same length have the same content.
 fn compare_files(one: &File, other: &File) -> io::Result<bool> {
-    let mut pieces = [vec![0; PIECE], vec![0; PIECE]];
+    let mut pieces = [vec![0; PIECE_BYTES], vec![0; PIECE_BYTES]];
     let [first, second] = &mut pieces;
     let mut offset = 0;
     loop {

@@ -16,7 +16,7 @@ const MAX_PARTS: u32 = 1 << 16;
 /// The largest table of exported symbols, bytes. It is read as a whole.
 const MAX_SYMBOLS: u64 = 64 << 20;
 /// The number of bytes of a symbol that are read: the magic number of a plugin and its version.
-const HEAD: usize = 16;
+const SYMBOL_HEAD_BYTES: usize = 16;
 
 /// Checks that a file is a complete shared library for this machine.
 pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
@@ -82,7 +82,7 @@ pub(super) struct Symbol {
     /// Its size in bytes according to the file.
     pub(super) size: u64,
     /// Its first bytes, before any relocation or code runs; `None` if the file does not contain them.
-    pub(super) head: Option<[u8; HEAD]>,
+    pub(super) head: Option<[u8; SYMBOL_HEAD_BYTES]>,
 }
 
 /// Returns the exported symbol of that name, if there is one.
@@ -98,11 +98,11 @@ pub(super) fn symbol(parts: &ElfFile, name: &str) -> Option<Symbol> {
     let segments = header.program_headers(endian, parts).ok()?;
     let offset = segments.iter().find_map(|segment| {
         let within = address.checked_sub(segment.p_vaddr(endian))?;
-        let is_contained = within.checked_add(HEAD as u64)? <= segment.p_filesz(endian);
+        let is_contained = within.checked_add(SYMBOL_HEAD_BYTES as u64)? <= segment.p_filesz(endian);
         let is_match = segment.p_type(endian) == PT_LOAD && is_contained;
         is_match.then(|| segment.p_offset(endian).checked_add(within))?
     });
-    let head = offset.and_then(|offset| parts.read_bytes_at(offset, HEAD as u64).ok());
+    let head = offset.and_then(|offset| parts.read_bytes_at(offset, SYMBOL_HEAD_BYTES as u64).ok());
     Some(Symbol {
         size: entry.st_size(endian),
         head: head.and_then(|head| head.try_into().ok()),

@@ -135,7 +135,7 @@ pub enum Exchange {
 }
 
 /// The place of the period among the ports.
-const PERIOD: u64 = u32::MAX as u64;
+const PERIOD_PLACE: u64 = u32::MAX as u64;
 
 impl TurnKind {
     /// Returns the numbers of the fields `kind`, `way` and `detail` of a turn.
@@ -202,7 +202,7 @@ impl Operation {
             Self::Stopped(by) => (2, number(by)),
             Self::Forced(by) => (3, number(by)),
             Self::Released(by) => (4, number(by)),
-            Self::Wrote(WrittenPort::Period) => (5, PERIOD),
+            Self::Wrote(WrittenPort::Period) => (5, PERIOD_PLACE),
             Self::Wrote(WrittenPort::Port(port)) => (5, port),
             Self::Unloaded(by) => (6, number(by)),
             Self::Loaded => (7, 0),
@@ -224,7 +224,7 @@ impl Operation {
             2 => Self::Stopped(by),
             3 => Self::Forced(by),
             4 => Self::Released(by),
-            5 if detail == PERIOD => Self::Wrote(WrittenPort::Period),
+            5 if detail == PERIOD_PLACE => Self::Wrote(WrittenPort::Period),
             5 => Self::Wrote(WrittenPort::Port(detail)),
             6 => Self::Unloaded(by),
             7 => Self::Loaded,

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Result, bail, ensure};
 
-use super::{FILE, OUT_FOLDER, PARTS, Trial, kill, poll, processes_with};
+use super::{FILE, OUT_FOLDER, PART_COUNT, Trial, kill, poll, processes_with};
 use crate::python::Environment;
 use crate::shell;
 use crate::step::StepOutcome;
@@ -49,7 +49,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let mut example = Command::new(&python);
     example
         .arg(context.root.join(EXAMPLE))
-        .args([FILE, OUT_FOLDER, "--parts", &PARTS.to_string()])
+        .args([FILE, OUT_FOLDER, "--parts", &PART_COUNT.to_string()])
         .args(SCHEDULER);
     let mut example = trial.spawn("example", &mut example)?;
 
@@ -58,7 +58,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         if let Some(status) = example.0.try_wait()? {
             bail!("the example ended with {status}");
         }
-        let parts: Vec<usize> = (1..=PARTS).filter(is_under_way).collect();
+        let parts: Vec<usize> = (1..=PART_COUNT).filter(is_under_way).collect();
         Ok((parts.len() == 2).then_some(parts))
     })?;
     kill(&processes_with(

@@ -42,11 +42,11 @@ const FILE: &str = "drives.toml";
 const LOCAL_FOLDER: &str = "local";
 const OUT_FOLDER: &str = "out";
 /// The parts, of 15 drives each: enough that a process can be killed between the first result and the last.
-const PARTS: usize = 4;
+const PART_COUNT: usize = 4;
 /// The limit of each wait: twenty times what a whole trial takes.
-const PATIENCE: Duration = Duration::from_secs(600);
+const TRIAL_TIMEOUT: Duration = Duration::from_secs(600);
 /// The time between two looks at the same thing.
-const PAUSE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// The variable by which the processes of a trial are recognized; its value is the trial's folder.
 const MARK: &str = "JDE_CLUSTER_TRIAL";
 
@@ -94,7 +94,7 @@ impl<'c> Trial<'c> {
     /// Runs a command in the trial's folder. Returns its standard output.
     fn read(&self, command: &mut Command) -> Result<String> {
         shell::show(command, self.context.paint);
-        shell::read_within(self.prepare(command), PATIENCE)
+        shell::read_within(self.prepare(command), TRIAL_TIMEOUT)
     }
 
     /// Starts a process in the trial's folder. Its output goes to `NAME.log`.
@@ -121,7 +121,7 @@ impl<'c> Trial<'c> {
     fn part(&self, part: usize) -> PathBuf {
         self.folder
             .join(OUT_FOLDER)
-            .join(format!("part-{part}-of-{PARTS}"))
+            .join(format!("part-{part}-of-{PART_COUNT}"))
     }
 
     /// Whether a part has a result.
@@ -227,9 +227,9 @@ fn poll<T>(what: &str, mut look: impl FnMut() -> Result<Option<T>>) -> Result<T>
         if let Some(found) = look()? {
             return Ok(found);
         }
-        if begun.elapsed() > PATIENCE {
-            bail!("{what} did not come within {PATIENCE:?}");
+        if begun.elapsed() > TRIAL_TIMEOUT {
+            bail!("{what} did not come within {TRIAL_TIMEOUT:?}");
         }
-        thread::sleep(PAUSE);
+        thread::sleep(POLL_INTERVAL);
     }
 }

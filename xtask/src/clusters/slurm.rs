@@ -8,7 +8,7 @@ use std::process::Command;
 
 use anyhow::{Result, ensure};
 
-use super::{FILE, OUT_FOLDER, PARTS, Trial, kill, poll, processes_with};
+use super::{FILE, OUT_FOLDER, PART_COUNT, Trial, kill, poll, processes_with};
 use crate::prerequisites;
 use crate::shell::{self, ChildGuard};
 use crate::step::StepOutcome;
@@ -16,7 +16,7 @@ use crate::test::Context;
 
 const EXAMPLE: &str = "examples/clusters/slurm.sh";
 /// The part whose process is killed.
-const VICTIM: usize = 1;
+const KILLED_PART: usize = 1;
 
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !prerequisites::has_slurm() {
@@ -31,7 +31,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let mut array = Command::new("sbatch");
     array
         .args(["--parsable", "--output=part-%a.log"])
-        .arg(format!("--array=1-{PARTS}"))
+        .arg(format!("--array=1-{PART_COUNT}"))
         .arg(context.root.join(EXAMPLE))
         .args([FILE, OUT_FOLDER]);
     let array = trial.read(&mut array)?;
@@ -43,7 +43,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         .arg(format!("--dependency=afterany:{array}"))
         .arg("--wrap")
         .arg(format!(
-            "jde experiment merge {OUT_FOLDER}/part-*-of-{PARTS} --out {OUT_FOLDER}/all"
+            "jde experiment merge {OUT_FOLDER}/part-*-of-{PART_COUNT} --out {OUT_FOLDER}/all"
         ));
     let mut merge = trial.spawn("sbatch", &mut merge)?;
 
@@ -52,13 +52,16 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
             merge.0.try_wait()?.is_none(),
             "the tasks ended without a result: see part-*.log"
         );
-        Ok(trial.has_begun(VICTIM).then_some(()))
+        Ok(trial.has_begun(KILLED_PART).then_some(()))
     })?;
-    let folder = format!("{OUT_FOLDER}/part-{VICTIM}-of-{PARTS}");
+    let folder = format!("{OUT_FOLDER}/part-{KILLED_PART}-of-{PART_COUNT}");
     let victim = processes_with("cmdline", &folder)?;
     ensure!(victim.len() == 1, "{} processes write {folder}", victim.len());
     kill(&victim);
-    ensure!(!trial.has_ended(VICTIM), "the part ended before it was killed");
+    ensure!(
+        !trial.has_ended(KILLED_PART),
+        "the part ended before it was killed"
+    );
     println!("killed `jde experiment` of a part");
 
     let status = poll("the end of the job that joins the parts", || {
@@ -70,7 +73,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     );
     let mut state = Command::new("scontrol");
     state.args(["--oneliner", "show", "job"]);
-    let killed = trial.read(state.arg(format!("{array}_{VICTIM}")))?;
+    let killed = trial.read(state.arg(format!("{array}_{KILLED_PART}")))?;
     ensure!(
         killed.contains(" Restarts=1 "),
         "the killed task was not started again: {killed}"

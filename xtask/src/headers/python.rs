@@ -8,7 +8,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 /// The classes with functions, in `jde/_standard.py`.
 const FUNCTIONS: &str = include_str!("../../../programs/python/python/jde/_standard.py");
 /// The longest line.
-const WIDTH: usize = 120;
+const LINE_WIDTH: usize = 120;
 
 pub(super) fn module() -> String {
     let mut out = String::from(
@@ -71,13 +71,13 @@ fn write_class(ty: &Type, out: &mut String) {
 /// Writes a text below a class or an attribute.
 fn write_doc(doc: &str, out: &mut String) {
     let doc = doc.replace('\n', " ");
-    if doc.len() + "    \"\"\"\"\"\"".len() <= WIDTH {
+    if doc.len() + "    \"\"\"\"\"\"".len() <= LINE_WIDTH {
         let _ = writeln!(out, "    \"\"\"{doc}\"\"\"");
         return;
     }
     let mut line = String::from("    \"\"\"");
     for word in doc.split(' ') {
-        if line.len() + 1 + word.len() > WIDTH {
+        if line.len() + 1 + word.len() > LINE_WIDTH {
             let _ = writeln!(out, "{}", line.trim_end());
             line = String::from("    ");
         }

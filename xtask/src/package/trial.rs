@@ -19,7 +19,7 @@ use crate::test::Context;
 use crate::{project_files, shell};
 
 /// The limit of each command in the fresh system: twenty times what the slowest takes.
-const PATIENCE: Duration = Duration::from_secs(600);
+const COMMAND_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// What `lintian` may find: nobody has asked Debian to accept the packages, and what it takes for a copy of libyaml is
 /// one in Rust.
@@ -215,7 +215,7 @@ impl<'c> FreshSystem<'c> {
             .args([self.root.as_os_str(), OsStr::new(commands)])
             .env("PATH", "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin");
         println!("{}", self.context.paint.dim(commands));
-        let output = shell::read_within(&mut unshare, PATIENCE)?;
+        let output = shell::read_within(&mut unshare, COMMAND_TIMEOUT)?;
         print!("{output}");
         Ok(output)
     }

@@ -9,7 +9,7 @@ use crate::plan::TargetKind;
 use crate::rng::Rng;
 
 /// Places near obstacles, m, from which a guarded robot starts.
-const STARTS: [(f64, f64); 4] = [(3.55, 1.6), (0.5, 5.55), (5.8, 7.5), (12.0, 6.4)];
+const START_PLACES: [(f64, f64); 4] = [(3.55, 1.6), (0.5, 5.55), (5.8, 7.5), (12.0, 6.4)];
 
 /// The added schemas. `leader` is an ordinary father that passes its target to `goon`; `drifter` wins from
 /// time to time.
@@ -109,7 +109,7 @@ pub(super) fn build(root: &Root, rng: &mut Rng) -> Result<TestApplication> {
     example.insert("rounds".to_owned(), 0.into());
     set(example, "children", "cruise", "leader")?;
     if is_guarded {
-        let (x, y) = rng.pick(&STARTS);
+        let (x, y) = rng.pick(&START_PLACES);
         let start = toml::Value::from(vec![x, y, rng.between(0, 628) as f64 / 1e2]);
         let pioneer = schemas.get_mut("pioneer").and_then(toml::Value::as_table_mut);
         let pioneer = pioneer.context("the demonstration has no `pioneer`")?;

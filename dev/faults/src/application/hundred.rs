@@ -10,17 +10,17 @@ use crate::rng::Rng;
 
 /// The number of schemas.
 pub(crate) const COUNT: usize = 100;
-const EYES: usize = 6;
-const ROOTS: usize = 3;
+const EYE_COUNT: usize = 6;
+const ROOT_COUNT: usize = 3;
 /// The robot, the arm and the eyes are not motor schemas.
-const MOTORS: usize = COUNT - EYES - 2;
+const MOTOR_COUNT: usize = COUNT - EYE_COUNT - 2;
 /// The largest number of fathers above a schema.
 const MAX_DEPTH: usize = 7;
 /// The roles of the type for children of one group.
 const ROLES: [&str; 4] = ["a", "b", "c", "d"];
 const ARM_ROLES: [&str; 2] = ["e", "f"];
 /// One in this number of motor schemas runs in a process of its own.
-const ISOLATED: u64 = 20;
+const ISOLATED_ONE_IN: u64 = 20;
 
 /// The device that a schema's subtree commands.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ struct Node {
 
 pub(super) fn build(root: &Root, rng: &mut Rng) -> TestApplication {
     let nodes = grow(rng);
-    let roots: Vec<String> = (0..ROOTS).map(name).collect();
+    let roots: Vec<String> = (0..ROOT_COUNT).map(name).collect();
     let executor = rng.pick(&["threads", "threads", "pool"]);
     let mut text = format!(
         "executor = \"{executor}\"\nname = \"hundred\"\nroots = {roots:?}\nroot = {}\n",
@@ -46,7 +46,7 @@ pub(super) fn build(root: &Root, rng: &mut Rng) -> TestApplication {
     text += "[schemas.pioneer]\ntype = \"sim/robot\"\nworld = \"../worlds/corridor.toml\"\n";
     let mut body = String::from("[schemas.arm]\ntype = \"fault/device\"\n");
     let mut schemas = vec![faulty_schema("arm", TargetKind::Device, false)];
-    for eye in 0..EYES {
+    for eye in 0..EYE_COUNT {
         let input = if eye < 2 {
             "pioneer.laser".to_owned()
         } else {
@@ -62,7 +62,7 @@ pub(super) fn build(root: &Root, rng: &mut Rng) -> TestApplication {
         schemas.push(faulty_schema(&format!("eye{eye}"), TargetKind::Eye, isolated));
     }
     for (number, node) in nodes.iter().enumerate() {
-        let isolated = rng.one_in(ISOLATED);
+        let isolated = rng.one_in(ISOLATED_ONE_IN);
         motor(&mut body, rng, number, node);
         isolate(&mut body, isolated);
         schemas.push(faulty_schema(&name(number), TargetKind::Motor, isolated));
@@ -83,11 +83,11 @@ fn grow(rng: &mut Rng) -> Vec<Node> {
         depth,
         children: Vec::new(),
     };
-    let mut nodes: Vec<Node> = (0..ROOTS).map(|_| node(Side::Base, 0)).collect();
-    while nodes.len() < MOTORS {
+    let mut nodes: Vec<Node> = (0..ROOT_COUNT).map(|_| node(Side::Base, 0)).collect();
+    while nodes.len() < MOTOR_COUNT {
         let father = rng.between(0, nodes.len() as u64 - 1) as usize;
         let Node { side, depth, .. } = nodes[father];
-        let to_arm = father < ROOTS && rng.one_in(3);
+        let to_arm = father < ROOT_COUNT && rng.one_in(3);
         let roles: &[&str] = if to_arm { &ARM_ROLES } else { &ROLES };
         let taken = |role: &&&str| !nodes[father].children.iter().any(|(other, _)| other == *role);
         let Some(role) = roles.iter().find(taken).copied().filter(|_| depth < MAX_DEPTH) else {
@@ -112,7 +112,7 @@ fn motor(body: &mut String, rng: &mut Rng, number: usize, node: &Node) {
         let _ = writeln!(
             body,
             "imports = {{ needs = \"eye{}.laser\" }}",
-            rng.between(0, EYES as u64 - 1)
+            rng.between(0, EYE_COUNT as u64 - 1)
         );
     }
     if node.children.is_empty() {

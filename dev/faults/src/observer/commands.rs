@@ -16,7 +16,7 @@ use super::{ObserverState, Tamper};
 use crate::case::RunMode;
 
 /// Longest time until a group's brake is visible under load, ns: a patience and scheduling delays.
-const SLACK: Nanos = 250_000_000;
+const BRAKE_SLACK: Nanos = 250_000_000;
 
 /// All commands of an application.
 #[derive(Default)]
@@ -147,7 +147,7 @@ impl Commands {
                 }
             };
             let since = *port.orphan.get_or_insert(now);
-            if state.clock == RunMode::Lockstep || now.saturating_sub(since) > SLACK {
+            if state.clock == RunMode::Lockstep || now.saturating_sub(since) > BRAKE_SLACK {
                 let writer = state.name(newest.writer).to_owned();
                 state.report(format!(
                     "{reason}, and a command of `{writer}` to `{name}` is in force, at {:.6} s",

@@ -12,7 +12,7 @@ use super::{ObserverState, Tamper};
 use crate::case::RunMode;
 
 /// Deceleration of the simulator's P3-DX, m/s² (`jde describe sim`).
-const BRAKE: f64 = 0.3;
+const DECELERATION: f64 = 0.3;
 /// Angular deceleration, rad/s²: 100 degrees per second squared.
 const TURN_BRAKE: f64 = 1.745;
 /// Two periods of the robot's driver, ns: until the current command has taken effect.
@@ -20,9 +20,9 @@ const ROBOT_DELAY: Nanos = 100_000_000;
 /// Two periods of the device, ns.
 const DEVICE_DELAY: Nanos = 40_000_000;
 /// Additional time under load, ns.
-const SLACK: Nanos = 250_000_000;
+const LOAD_SLACK: Nanos = 250_000_000;
 /// Speed that counts as standing, m/s and rad/s: wheels slip by less.
-const STANDSTILL: f64 = 0.02;
+const STANDSTILL_SPEED: f64 = 0.02;
 
 /// An impossible speed, m/s, for a test of the observer.
 const FALSE_SPEED: f64 = 9.0;
@@ -53,7 +53,7 @@ impl Motion {
         let slack = if state.clock == RunMode::Lockstep {
             0
         } else {
-            SLACK
+            LOAD_SLACK
         };
         let last = self.last.entry("pioneer").or_default();
         let driven = commands.is_driven("pioneer", now);
@@ -84,11 +84,12 @@ impl Motion {
                 let braking_time = idle.saturating_sub(ROBOT_DELAY + slack) as f64 / 1e9;
                 // The last command may have increased the speed in the meantime, by at most the acceleration.
                 let acceleration_time = ROBOT_DELAY.saturating_add(slack) as f64 / 1e9;
-                let allowed =
-                    (last.linear + BRAKE * acceleration_time - BRAKE * braking_time).max(0.0) + STANDSTILL;
+                let allowed = (last.linear + DECELERATION * acceleration_time - DECELERATION * braking_time)
+                    .max(0.0)
+                    + STANDSTILL_SPEED;
                 let allowed_turn =
                     (last.angular + TURN_BRAKE * acceleration_time - TURN_BRAKE * braking_time).max(0.0)
-                        + STANDSTILL;
+                        + STANDSTILL_SPEED;
                 if state.take_tamper(Tamper::Motion) {
                     linear += FALSE_SPEED;
                 }
@@ -109,7 +110,7 @@ impl Motion {
             }
             let age = DEVICE_DELAY + slack;
             let moves = fresh::<f64>(handle, &format!("{device}.moves"), now, age).unwrap_or(0.0);
-            if moves.abs() > STANDSTILL && now.saturating_sub(last.at) > age {
+            if moves.abs() > STANDSTILL_SPEED && now.saturating_sub(last.at) > age {
                 state.report(format!(
                     "motion: `{device}` moves at {moves:.2} although no command is in force, at {:.6} s",
                     now as f64 / 1e9

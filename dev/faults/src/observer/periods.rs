@@ -18,7 +18,7 @@ const MIN_TURNS: u64 = 40;
 /// Periods within which an awake schema must have had a turn.
 const MAX_GAP_PERIODS: u64 = 3;
 /// Additional time under load, ns.
-const SLACK: Nanos = 500_000_000;
+const LOAD_SLACK: Nanos = 500_000_000;
 /// Most misses listed in a report.
 const MAX_LISTED: usize = 6;
 /// Allowed loss of the median bystander beyond that of a bare thread: a selection and a few locks per turn.
@@ -236,7 +236,7 @@ impl ObserverState {
             let (Some(seen), Some(resumes_at)) = (record.last_seen, record.resumes_at) else {
                 continue;
             };
-            let slack = if lockstep { 0 } else { SLACK };
+            let slack = if lockstep { 0 } else { LOAD_SLACK };
             if now.saturating_sub(seen.max(resumes_at)) > MAX_GAP_PERIODS * record.period + slack {
                 record.resumes_at = None;
                 let (name, now) = (self.name(schema).to_owned(), now as f64 / 1e9);

@@ -13,7 +13,7 @@ pub use kind::{Kind, TargetKind};
 
 const MS: Nanos = 1_000_000;
 /// Time before the first fault, so that every awake schema has had some turns.
-const CALM: Nanos = 300 * MS;
+const CALM_BEFORE_FAULTS: Nanos = 300 * MS;
 /// Most faults of one case.
 const MAX_FAULTS: u64 = 6;
 /// Most calls among them that never return, since each keeps a thread of this process until it ends.
@@ -156,7 +156,7 @@ pub fn plan(seed: u64, case: Case, kinds: &[Kind], max_faults: u64) -> Vec<Plann
         return Vec::new();
     }
     let count = rng.between(1, MAX_FAULTS).min(max_faults);
-    let mut at = CALM;
+    let mut at = CALM_BEFORE_FAULTS;
     let mut faults = Vec::new();
     let mut hangs = 0;
     for _ in 0..count {

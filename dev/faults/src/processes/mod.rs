@@ -32,13 +32,13 @@ const MOVE_TIMEOUT: Duration = Duration::from_secs(30);
 /// Least speed that counts as driving, m/s.
 const MIN_DRIVING_SPEED: f64 = 0.1;
 /// Time until a robot without messages brakes, s: the watchdog of a Pioneer (docs/safety.md).
-const WATCHDOG: f64 = 2.0;
+const ROBOT_WATCHDOG: f64 = 2.0;
 /// Time until it brakes when the connection ends, s.
 const DISCONNECT_DELAY: f64 = 0.1;
 /// Deceleration, m/s².
-const BRAKE: f64 = 0.3;
+const DECELERATION: f64 = 0.3;
 /// Additional time under load, s.
-const SLACK: f64 = 0.5;
+const LOAD_SLACK: f64 = 0.5;
 /// How long a stopped robot must stay so, s.
 const STANDSTILL_TIME: f64 = 1.0;
 /// How long clients are hostile.
@@ -48,7 +48,7 @@ const LOAD_MEASURING_TIME: Duration = Duration::from_millis(500);
 /// Least share of their turns that schemas must keep throughout.
 const MIN_TURN_SHARE: f64 = 0.9;
 /// How often the host is stopped for a moment.
-const STUTTERS: usize = 6;
+const STUTTER_COUNT: usize = 6;
 /// Longest time for a process to end on request.
 const END_TIMEOUT: Duration = Duration::from_secs(15);
 
@@ -93,7 +93,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             }
             Kind::HostStopped => {
                 host.signal(Signal::STOP)?;
-                check_standstill(&robot, WATCHDOG, "the host was stopped", &mut violations);
+                check_standstill(&robot, ROBOT_WATCHDOG, "the host was stopped", &mut violations);
                 host.signal(Signal::CONT)?;
                 if !wait_within(MOVE_TIMEOUT, || robot.speed() >= MIN_DRIVING_SPEED) {
                     violations.push("the host continues, and its robot has not moved again".to_owned());
@@ -125,7 +125,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             }
             Kind::LineCut => {
                 proxy.as_ref().context("there is no proxy")?.cut();
-                check_standstill(&robot, WATCHDOG, "the line was cut", &mut violations);
+                check_standstill(&robot, ROBOT_WATCHDOG, "the line was cut", &mut violations);
             }
             Kind::Client => attack_with_clients(&mut host, &robot, &mut rng, &mut violations)?,
             Kind::Unread => leave_output_unread(&mut host, &robot, &mut violations)?,
@@ -177,7 +177,7 @@ fn check_standstill(robot: &RobotServer, time: f64, event: &str, violations: &mu
     let mut fastest = robot.speed();
     wait_within(MOVE_TIMEOUT, || {
         fastest = fastest.max(robot.speed());
-        robot.is_standing() || robot.time() > since + time + fastest / BRAKE + SLACK
+        robot.is_standing() || robot.time() > since + time + fastest / DECELERATION + LOAD_SLACK
     });
     if !robot.is_standing() {
         violations.push(format!(
@@ -291,7 +291,7 @@ fn stutter(
     rng: &mut Rng,
     violations: &mut Vec<String>,
 ) -> Result<()> {
-    for _ in 0..STUTTERS {
+    for _ in 0..STUTTER_COUNT {
         host.signal(Signal::STOP)?;
         std::thread::sleep(Duration::from_millis(rng.between(20, 1500)));
         host.signal(Signal::CONT)?;

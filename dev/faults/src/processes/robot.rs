@@ -19,7 +19,7 @@ use crate::application::Root;
 /// the robot is judged by the time of its world.
 const POLL_PERIOD: Duration = Duration::from_millis(50);
 /// Speed that counts as standing, m/s and rad/s.
-const STANDSTILL: f64 = 0.01;
+const STANDSTILL_SPEED: f64 = 0.01;
 
 /// A robot behind TCP.
 pub(super) struct RobotServer {
@@ -83,7 +83,7 @@ impl RobotServer {
     }
 
     pub(super) fn is_standing(&self) -> bool {
-        self.read_truth(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDSTILL
+        self.read_truth(|truth| truth.twist.linear.abs().max(truth.twist.angular.abs())) < STANDSTILL_SPEED
     }
 
     /// Ends the server; returns its error, if any.

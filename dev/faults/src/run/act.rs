@@ -22,9 +22,9 @@ use crate::plan::{Act, Meanwhile, Operation, PlannedFault, Signal};
 /// The operator's name.
 const OPERATOR_NAME: &str = "faults";
 /// Pause between two actions of a competing operator: the repetition rate of a key that is held down.
-const PACE: Duration = Duration::from_millis(1);
+const ACTION_PAUSE: Duration = Duration::from_millis(1);
 /// Probation of a build, ns: some faults occur during it, some after it.
-const PROBATION: u64 = 200_000_000;
+const BUILD_PROBATION: u64 = 200_000_000;
 
 /// An injected fault.
 pub(super) struct ActiveFault {
@@ -65,7 +65,7 @@ impl CompetingThreads {
                 while !stop.load(Ordering::Relaxed) {
                     // An action is refused if it changes nothing.
                     drop(deed(&operator));
-                    std::thread::sleep(PACE);
+                    std::thread::sleep(ACTION_PAUSE);
                 }
             })
         };
@@ -281,7 +281,7 @@ pub(super) fn end(fault: &PlannedFault, handle: &Handle, active: &mut ActiveFaul
 /// waits.
 fn reload(operator: &OperatorHandle, schema: SchemaId, build: &LoadedPlugin) -> bool {
     let options = ReloadOptions {
-        probation: PROBATION,
+        probation: BUILD_PROBATION,
         fresh: false,
     };
     operator.replace(schema, build, options).is_ok()

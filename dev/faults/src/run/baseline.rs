@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// The shortest period of the campaign's schemas.
-const PERIOD: Duration = Duration::from_millis(10);
+const SHORTEST_PERIOD: Duration = Duration::from_millis(10);
 
 /// Largest share of all processors used by other programs at which periods are judged.
 const MAX_OTHER_LOAD: f64 = 0.25;
@@ -47,10 +47,10 @@ impl BaselineThread {
                 std::thread::sleep(due.saturating_duration_since(Instant::now()));
                 taken += 1;
                 expected += 1;
-                due += PERIOD;
+                due += SHORTEST_PERIOD;
                 // Like a schema, the thread skips whole periods that it missed.
                 while due < Instant::now() {
-                    due += PERIOD;
+                    due += SHORTEST_PERIOD;
                     expected += 1;
                 }
             }

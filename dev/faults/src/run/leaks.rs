@@ -9,10 +9,10 @@ use super::wait_within;
 /// Longest time for an abandoned thread to return: a slow call returns after 0.9 s, plus delays under load.
 const RETURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// Allowed growth of the process per case, bytes: heap fragmentation.
-const GROWTH: u64 = 96 << 10;
+const GROWTH_PER_CASE: u64 = 96 << 10;
 /// Allowed growth after the warm-up however many cases follow, bytes: cases of one kind differ in what they
 /// need at most.
-const SPREAD: u64 = 2 << 20;
+const GROWTH_AFTER_WARM_UP: u64 = 2 << 20;
 /// Cases until the heap has reached the size that one case needs.
 const WARMUP_CASES: u64 = 10;
 /// Memory of a call that never returns, bytes: its stack, its part of the heap, and the variables of its
@@ -123,7 +123,7 @@ impl LeakDetector {
         };
         let (cases, calls) = (self.similar - WARMUP_CASES, self.leftovers.calls - warm_calls);
         let (allowed, now) = (
-            warm + SPREAD + GROWTH * cases + LEFTOVER_BYTES * calls,
+            warm + GROWTH_AFTER_WARM_UP + GROWTH_PER_CASE * cases + LEFTOVER_BYTES * calls,
             resident(),
         );
         if now > allowed {

@@ -28,17 +28,17 @@ pub const SERVE: &str = "--serve-schema";
 
 const MS: Nanos = 1_000_000;
 /// Time between two judgements.
-const SLICE: Nanos = 10 * MS;
+const JUDGEMENT_INTERVAL: Nanos = 10 * MS;
 /// Time for which an application continues after the last fault: longer than the back-off after some faults,
 /// and than a validity.
-const TAIL: Nanos = 1_600 * MS;
+const TIME_AFTER_FAULTS: Nanos = 1_600 * MS;
 /// Longest time from a fault's end to its consequences: a hang is found after 300 ms, and a slow call
 /// returns after 900 ms.
 const SYMPTOM_TIMEOUT: Nanos = 1_000 * MS;
 /// How long slow calls may take to return after the application has ended.
 const RETURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// The number of other builds of the plugin: the same code in different files, each mapped once.
-const BUILDS: usize = 3;
+const OTHER_BUILDS: usize = 3;
 
 /// The resources that all cases use.
 pub struct Resources {
@@ -104,7 +104,7 @@ impl Resources {
         let folder = tempfile::tempdir().context("no folder for builds")?;
         let first = std::fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
         let mut builds = Vec::new();
-        for number in 0..BUILDS {
+        for number in 0..OTHER_BUILDS {
             // Bytes after the sections of a library are ignored: another file with the same code.
             let mut bytes = first.clone();
             bytes.extend(format!("build {number}").bytes());
@@ -204,7 +204,7 @@ pub fn run(
             ));
         }
     }
-    let end = plan.iter().map(PlannedFault::ends).max().unwrap_or(0) + TAIL;
+    let end = plan.iter().map(PlannedFault::ends).max().unwrap_or(0) + TIME_AFTER_FAULTS;
     run.run_until(end, &handle, &mut observer, stop);
     observer.judge_recovery(&handle);
     let ended = handle.outcome();
@@ -318,7 +318,7 @@ impl Run {
             if handle.outcome().is_some() || stop.load(Ordering::Relaxed) {
                 return false;
             }
-            let next = time.min(now + SLICE);
+            let next = time.min(now + JUDGEMENT_INTERVAL);
             match self {
                 Self::Lockstep(lockstep) => {
                     lockstep.run_until(next);

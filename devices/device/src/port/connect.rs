@@ -15,7 +15,7 @@ use super::address::Address;
 use super::{modem, serial};
 
 /// How long a host may take to accept: a radio link that loses packets needs a second retry.
-const TIMEOUT: Duration = Duration::from_secs(3);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// An attempt in progress.
 #[derive(Debug)]
@@ -82,7 +82,7 @@ fn open(address: &Address) -> Result<Stream, String> {
                 .map_err(|error| format!("{device}: no such host: {error}"))?;
             let mut last = format!("{device}: no such host");
             for address in addresses {
-                match TcpStream::connect_timeout(&address, TIMEOUT).and_then(configure_stream) {
+                match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT).and_then(configure_stream) {
                     Ok(stream) => return Ok(Stream::Tcp(stream)),
                     Err(error) => last = format!("{device}: {}", describe_error(&error)),
                 }

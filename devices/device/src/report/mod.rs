@@ -7,7 +7,7 @@ use crate::port::{Port, PortState};
 use jde_schema::prelude::*;
 
 /// After this time without a reply it is logged that the line is open.
-const SILENCE: Duration = Duration::from_secs(5);
+const SILENCE_BEFORE_LOG: Duration = Duration::from_secs(5);
 
 /// The state of the connection to a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl ConnectionReport {
             return;
         }
         let since = *self.silent_since.get_or_insert(cx.now());
-        if cx.now().saturating_sub(since) >= SILENCE && note != self.last_failure {
+        if cx.now().saturating_sub(since) >= SILENCE_BEFORE_LOG && note != self.last_failure {
             self.last_failure = note;
             warn!(cx, "{note}");
         }

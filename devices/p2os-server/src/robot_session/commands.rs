@@ -7,7 +7,7 @@ use jde_p2os::{Command, SimPose};
 use jde_sim::{Pose2, World};
 
 use super::laser::Laser;
-use super::{CYCLE, ClientProgress, RobotSession, Subscription};
+use super::{ClientProgress, RobotSession, SIP_INTERVAL, Subscription};
 use crate::event::EventKind;
 
 impl RobotSession {
@@ -19,7 +19,7 @@ impl RobotSession {
                     self.phase = ClientProgress::Open;
                     // A robot counts from the pose at which its servers are opened.
                     self.set_client_pose(world, Pose2::default());
-                    self.next_sip = now + CYCLE;
+                    self.next_sip = now + SIP_INTERVAL;
                 }
             }
             Command::Close(_) => {

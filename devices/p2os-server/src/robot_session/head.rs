@@ -11,7 +11,7 @@ use jde_sim::{Head, HeadConfig};
 /// Most bytes of replies that wait to be requested.
 const MAX_REPLY_BYTES: usize = 190;
 /// The status of an unknown command.
-const UNKNOWN: u8 = 0x35;
+const UNKNOWN_COMMAND: u8 = 0x35;
 
 /// The camera, and the buffer of its port.
 #[derive(Debug)]
@@ -125,7 +125,7 @@ impl Camera {
             HeadCommand::GetMaxZoom => return HeadReply::zoom(MAX_ZOOM),
             HeadCommand::Other { .. } => {
                 return HeadReply {
-                    status: UNKNOWN,
+                    status: UNKNOWN_COMMAND,
                     data: Vec::new(),
                 };
             }

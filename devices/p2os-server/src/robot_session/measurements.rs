@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use jde_p2os::{Config, Encoders, Flags, SimState, Sip, SonarReading};
 use jde_sim::{Pose2, SonarConfig, World};
 
-use super::{CYCLE, RobotSession, WATCHDOG};
+use super::{RobotSession, SIP_INTERVAL, WATCHDOG};
 
 impl RobotSession {
     /// Returns the present server information packet.
@@ -96,7 +96,7 @@ impl RobotSession {
             rot_acc_top: degrees(config.angular_acceleration),
             trans_acc_top: mm(config.linear_acceleration),
             pwm_max: 400,
-            sip_cycle: CYCLE.as_millis() as u8,
+            sip_cycle: SIP_INTERVAL.as_millis() as u8,
             front_sonar: 1,
             rear_sonar: u8::from(self.model.sonar.mounts.len() > 8),
             low_battery: 110,

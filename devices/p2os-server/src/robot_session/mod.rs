@@ -18,7 +18,7 @@ use laser::Laser;
 use motion::MotorCommands;
 
 /// Time between two server information packets.
-const CYCLE: Duration = Duration::from_millis(100);
+const SIP_INTERVAL: Duration = Duration::from_millis(100);
 /// Silence after which the motors stop.
 pub(crate) const WATCHDOG: Duration = Duration::from_millis(2000);
 
@@ -176,9 +176,9 @@ impl RobotSession {
         }
         // Computed from the previous time, so that the cycle does not drift. Missed packets are not sent
         // later.
-        self.next_sip += CYCLE;
+        self.next_sip += SIP_INTERVAL;
         if self.next_sip <= now {
-            self.next_sip = now + CYCLE;
+            self.next_sip = now + SIP_INTERVAL;
         }
         let pose = self.pose(world);
         self.send(self.sip(world, pose).to_packet());

@@ -18,8 +18,8 @@ pub enum Argument {
 
 /// Type byte of a positive number. Simulators also expect it before their own numbers.
 pub(crate) const POSITIVE: u8 = 0x3B;
-const NEGATIVE: u8 = 0x1B;
-const TEXT: u8 = 0x2B;
+const NEGATIVE_NUMBER: u8 = 0x1B;
+const TEXT_ARGUMENT: u8 = 0x2B;
 
 /// Whether OPEN, CLOSE or CONFIG has the argument 1. Robots accept both forms; without argument the packet is
 /// also a step of synchronisation.
@@ -85,11 +85,11 @@ impl Argument {
                 output.extend(value.to_le_bytes());
             }
             Self::Negative(value) => {
-                output.push(NEGATIVE);
+                output.push(NEGATIVE_NUMBER);
                 output.extend(value.to_le_bytes());
             }
             Self::Text(bytes) => {
-                output.extend([TEXT, bytes.len() as u8]);
+                output.extend([TEXT_ARGUMENT, bytes.len() as u8]);
                 output.extend(bytes);
             }
             Self::Raw(bytes) => output.extend(bytes),
@@ -100,8 +100,10 @@ impl Argument {
         match bytes {
             [] => Self::None,
             [POSITIVE, low, high] => Self::Positive(u16::from_le_bytes([*low, *high])),
-            [NEGATIVE, low, high] => Self::Negative(u16::from_le_bytes([*low, *high])),
-            [TEXT, length, text @ ..] if usize::from(*length) == text.len() => Self::Text(text.to_vec()),
+            [NEGATIVE_NUMBER, low, high] => Self::Negative(u16::from_le_bytes([*low, *high])),
+            [TEXT_ARGUMENT, length, text @ ..] if usize::from(*length) == text.len() => {
+                Self::Text(text.to_vec())
+            }
             _ => Self::Raw(bytes.to_vec()),
         }
     }

@@ -8,7 +8,7 @@ use crate::{Command, Config, Flags, Model, Sip};
 
 /// Speeds are repeated this often: ten times within the usual watchdog time of 2 s, after which the robot
 /// stops.
-const REPEAT: Duration = Duration::from_millis(200);
+const SPEED_REPEAT: Duration = Duration::from_millis(200);
 /// Time between attempts to switch the motors on: the robot needs a moment, and a person may be holding the
 /// button.
 const MOTORS_RETRY: Duration = Duration::from_secs(1);
@@ -48,7 +48,7 @@ impl Base {
             units(setpoint.angular.to_degrees(), limits.1),
         );
         let changed = self.last_sent != Some(speeds);
-        if changed || now.saturating_sub(self.sent_at) >= REPEAT {
+        if changed || now.saturating_sub(self.sent_at) >= SPEED_REPEAT {
             self.last_sent = Some(speeds);
             self.sent_at = now;
             send(Command::Velocity(speeds.0));

@@ -11,7 +11,7 @@ use crate::sip::{MOVING, STOPPED};
 use crate::{Command, Config, Form, Model, Names, Packet, SyncStep};
 
 /// An unanswered synchronisation or OPEN is repeated after this time.
-const RETRY: Duration = Duration::from_secs(1);
+const SYNC_RETRY: Duration = Duration::from_secs(1);
 /// The same for CONFIG, to which old robots never reply.
 const CONFIG_RETRY: Duration = Duration::from_millis(300);
 const MAX_CONFIG_ATTEMPTS: u32 = 3;
@@ -127,7 +127,7 @@ impl Session {
             return;
         };
         let (interval, max_attempts) = match handshake.step {
-            Awaited::Sync(_) | Awaited::Open => (RETRY, MAX_ATTEMPTS),
+            Awaited::Sync(_) | Awaited::Open => (SYNC_RETRY, MAX_ATTEMPTS),
             Awaited::Config => (CONFIG_RETRY, MAX_CONFIG_ATTEMPTS),
         };
         if now.saturating_sub(handshake.sent_at) >= interval {

@@ -19,8 +19,8 @@ const RECOVERY_PAUSE: Duration = Duration::from_millis(500);
 const MAX_UNANSWERED: u32 = 6;
 
 /// Greatest angles of the camera, units right and left, down and up.
-const PAN: (f64, f64) = (-875.0, 875.0);
-const TILT: (f64, f64) = (-267.0, 790.0);
+const PAN_UNITS: (f64, f64) = (-875.0, 875.0);
+const TILT_UNITS: (f64, f64) = (-267.0, 790.0);
 /// Least and greatest speeds, units a second.
 const PAN_SPEED: (f64, f64) = (8.0, 800.0);
 const TILT_SPEED: (f64, f64) = (8.0, 662.0);
@@ -174,8 +174,14 @@ impl HeadChannel {
         if let Some(initialization) = self.initialization.first() {
             return Some(initialization.clone());
         }
-        let pan = aim(self.pan, -setpoint.pan, setpoint.pan_speed, PAN, PAN_SPEED);
-        let tilt = aim(self.tilt, -setpoint.tilt, setpoint.tilt_speed, TILT, TILT_SPEED);
+        let pan = aim(self.pan, -setpoint.pan, setpoint.pan_speed, PAN_UNITS, PAN_SPEED);
+        let tilt = aim(
+            self.tilt,
+            -setpoint.tilt,
+            setpoint.tilt_speed,
+            TILT_UNITS,
+            TILT_SPEED,
+        );
         let pan_tilt = HeadCommand::PanTilt {
             pan: pan.sent,
             tilt: tilt.sent,

@@ -28,7 +28,7 @@ use laser::LaserRequest;
 pub use options::{Beams, HeadKind, HeadSetpoint, LaserMode, Options, Setpoint};
 
 /// A robot that is silent for this time is lost: it normally sends ten SIPs in it.
-const SILENCE: Duration = Duration::from_secs(1);
+const SILENCE_UNTIL_LOST: Duration = Duration::from_secs(1);
 /// Most events that wait for the owner. The oldest are dropped first, because they are out of date.
 const MAX_EVENTS: usize = 256;
 
@@ -208,7 +208,7 @@ impl Session {
     }
 
     fn drive_connected(&mut self, setpoint: &Setpoint, now: Duration) {
-        if now.saturating_sub(self.last_received) > SILENCE {
+        if now.saturating_sub(self.last_received) > SILENCE_UNTIL_LOST {
             self.lost(
                 "the robot has sent nothing for a second: is it switched on, and is the cable connected?",
             );

@@ -18,14 +18,14 @@ use crate::{Head, Interface, Kind, Message, Receiver, Scan, data};
 /// Time limit of a reply. A subscription waits until the server has started the device.
 const REPLY_TIMEOUT: Duration = Duration::from_secs(20);
 /// Time without data of the base after which the robot counts as lost.
-const SILENCE: Duration = Duration::from_secs(3);
+const SILENCE_UNTIL_LOST: Duration = Duration::from_secs(3);
 /// How often an unchanged velocity is sent.
-const REPEAT: Duration = Duration::from_millis(200);
+const VELOCITY_REPEAT: Duration = Duration::from_millis(200);
 /// Command to a base: velocity. Command to a pan-tilt unit: state.
-const VELOCITY: u8 = 1;
+const SET_VELOCITY: u8 = 1;
 const HEAD_STATE: u8 = 1;
 /// Synch message of the server: it dropped messages.
-const OVERFLOW: u8 = 2;
+const SERVER_OVERFLOW: u8 = 2;
 
 /// A client's session with a server, over one connection.
 #[derive(Clone, Debug)]
@@ -127,7 +127,8 @@ impl Session {
         let velocity = setpoint
             .velocity
             .map(|speed| if speed.is_finite() { speed } else { 0.0 });
-        let is_due = |(sent, at): ([f64; 3], Duration)| sent != velocity || now.saturating_sub(at) >= REPEAT;
+        let is_due =
+            |(sent, at): ([f64; 3], Duration)| sent != velocity || now.saturating_sub(at) >= VELOCITY_REPEAT;
         if self.velocity.is_none_or(is_due) {
             self.velocity = Some((velocity, now));
             let message = self.velocity_message(velocity);
@@ -155,7 +156,7 @@ impl Session {
         let mut body: Vec<u8> = velocity.into_iter().flat_map(f64::to_be_bytes).collect();
         let motors_on = 1_u32;
         body.extend(motors_on.to_be_bytes());
-        Message::to(self.search.robot.base, Kind::Command, VELOCITY, body)
+        Message::to(self.search.robot.base, Kind::Command, SET_VELOCITY, body)
     }
 
     fn send_request(&mut self, now: Duration) {
@@ -216,7 +217,7 @@ impl Session {
                 self.head.measured = head.as_ref().ok().copied();
                 head.map(Event::Head)
             }
-            (Kind::Synch, OVERFLOW) if !self.has_warned => {
+            (Kind::Synch, SERVER_OVERFLOW) if !self.has_warned => {
                 self.has_warned = true;
                 Ok(Event::Warning(
                     "the server dropped messages: it sends more than is read".to_owned(),
@@ -231,10 +232,10 @@ impl Session {
     fn check_time(&mut self, now: Duration) {
         let elapsed = now.saturating_sub(self.last);
         let reason = match (&self.state, &self.search.step) {
-            (State::Opening, Inquiry::Greeting) if elapsed >= SILENCE => {
+            (State::Opening, Inquiry::Greeting) if elapsed >= SILENCE_UNTIL_LOST => {
                 format!(
                     "it has sent no greeting of a Player server for {} s",
-                    SILENCE.as_secs()
+                    SILENCE_UNTIL_LOST.as_secs()
                 )
             }
             (State::Opening, step) if elapsed >= REPLY_TIMEOUT => {
@@ -242,10 +243,10 @@ impl Session {
                 let device = request.map_or(self.search.robot.base, |request| request.device);
                 format!("no reply of {device} for {} s", REPLY_TIMEOUT.as_secs())
             }
-            (State::Connected, _) if elapsed >= SILENCE => format!(
+            (State::Connected, _) if elapsed >= SILENCE_UNTIL_LOST => format!(
                 "no data of {} for {} s: is the simulation paused, or the robot off?",
                 self.search.robot.base,
-                SILENCE.as_secs()
+                SILENCE_UNTIL_LOST.as_secs()
             ),
             (State::Opening | State::Connected | State::Lost(_), _) => return,
         };

@@ -10,17 +10,17 @@ use crate::wire::FixedValue;
 use crate::{Device, Error, Interface, Kind, Message, Mount};
 
 /// Requests to the server.
-const LIST: u8 = 1;
-const SUBSCRIBE: u8 = 3;
+const LIST_DEVICES: u8 = 1;
+const CHANGE_SUBSCRIPTION: u8 = 3;
 /// Modes of a subscription.
-const OPEN: u32 = 1;
-const CLOSE: u32 = 2;
+const OPEN_MODE: u32 = 1;
+const CLOSE_MODE: u32 = 2;
 /// Request to a base: motors on or off.
-const MOTORS: u8 = 2;
+const SWITCH_MOTORS: u8 = 2;
 /// Request for the places of sensors, in all interfaces that are used.
-const GEOMETRY: u8 = 1;
+const GET_GEOMETRY: u8 = 1;
 /// Request for the limits of a ranger.
-const CONFIGURATION: u8 = 5;
+const GET_CONFIGURATION: u8 = 5;
 
 /// What is asked at present.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +55,12 @@ impl Inquiry {
         let server = Interface::SERVER.at(0);
         let (device, subtype, body) = match self {
             Self::Greeting | Self::Done => return None,
-            Self::List => (server, LIST, Vec::new()),
-            Self::Subscribe(device) => (server, SUBSCRIBE, subscription(*device, OPEN)),
-            Self::Unsubscribe(device) => (server, SUBSCRIBE, subscription(*device, CLOSE)),
-            Self::Motors => (base, MOTORS, 1_u32.to_be_bytes().to_vec()),
-            Self::Geometry(device) => (*device, GEOMETRY, Vec::new()),
-            Self::Limits(device, _) => (*device, CONFIGURATION, Vec::new()),
+            Self::List => (server, LIST_DEVICES, Vec::new()),
+            Self::Subscribe(device) => (server, CHANGE_SUBSCRIPTION, subscription(*device, OPEN_MODE)),
+            Self::Unsubscribe(device) => (server, CHANGE_SUBSCRIPTION, subscription(*device, CLOSE_MODE)),
+            Self::Motors => (base, SWITCH_MOTORS, 1_u32.to_be_bytes().to_vec()),
+            Self::Geometry(device) => (*device, GET_GEOMETRY, Vec::new()),
+            Self::Limits(device, _) => (*device, GET_CONFIGURATION, Vec::new()),
         };
         Some(Message::to(device, Kind::Request, subtype, body))
     }
@@ -111,7 +111,7 @@ impl Search {
             Inquiry::List => self.take_list(&devices(reply).map_err(unreadable)?)?,
             Inquiry::Subscribe(device) => {
                 let (mode, driver) = granted(reply).map_err(unreadable)?;
-                self.take_subscription(device, is_accepted && mode == OPEN, driver)?
+                self.take_subscription(device, is_accepted && mode == OPEN_MODE, driver)?
             }
             Inquiry::Geometry(device) if is_accepted => {
                 self.take_geometry(device, reply).map_err(unreadable)?

@@ -16,7 +16,7 @@ const CANCEL_TIMEOUT: Duration = Duration::from_secs(5);
 /// The most goals that are canceled at the same time, besides the newest.
 const MOST_CANCELED: usize = 16;
 /// Response to a cancellation: the goal goes on.
-const REFUSED: u8 = 1;
+const CANCEL_REFUSED: u8 = 1;
 /// How long a goal may take.
 const RESULT_TIMEOUT: Duration = Duration::from_secs(24 * 3600);
 
@@ -244,7 +244,8 @@ impl ActionClient {
             let canceled = answer["goals_canceling"].as_array().into_iter().flatten();
             let is_canceled = canceled.into_iter().any(|info| id_of(info) == id);
             // rclpy states that it cancels nothing, and no error.
-            let is_refused = answer["return_code"] == REFUSED || (answer["return_code"] == 0 && !is_canceled);
+            let is_refused =
+                answer["return_code"] == CANCEL_REFUSED || (answer["return_code"] == 0 && !is_canceled);
             if is_refused {
                 goal.is_kept = true;
                 events.push(GoalEvent::NotCanceled);

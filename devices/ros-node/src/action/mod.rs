@@ -59,7 +59,7 @@ impl GoalStatus {
     /// The end that a result states; `None` if that is none, as of a goal that is not known.
     #[must_use]
     pub fn of_result(message: &[u8]) -> Option<Self> {
-        let stated = message.get(HEAD)?;
+        let stated = message.get(HEADER_BYTES)?;
         let ends = [Self::Succeeded, Self::Canceled, Self::Aborted];
         ends.into_iter().find(|status| *status as u8 == *stated)
     }
@@ -197,17 +197,17 @@ fn envelope(part: &str) -> String {
 }
 
 /// The bytes of a message before its first field.
-const HEAD: usize = 4;
+const HEADER_BYTES: usize = 4;
 
 /// Puts an identifier before the contents of a message. It is 16 bytes, so the contents keep their alignment.
 fn with_id(id: GoalId, message: &[u8]) -> Vec<u8> {
-    let (head, contents) = message.split_at(HEAD.min(message.len()));
+    let (head, contents) = message.split_at(HEADER_BYTES.min(message.len()));
     [head, &id, contents].concat()
 }
 
 /// Returns the identifier and the message without it; `None` if it is too short.
 fn split_id(message: &[u8]) -> Option<(GoalId, Vec<u8>)> {
-    let (head, contents) = message.split_at_checked(HEAD)?;
+    let (head, contents) = message.split_at_checked(HEADER_BYTES)?;
     let (id, contents) = contents.split_first_chunk()?;
     Some((*id, [head, contents].concat()))
 }

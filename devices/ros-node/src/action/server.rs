@@ -5,7 +5,8 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::{
-    Action, CANCEL, GoalId, GoalStatus, HEAD, STATUS, decode, encode, id_of, split_id, stamp, uuid, with_id,
+    Action, CANCEL, GoalId, GoalStatus, HEADER_BYTES, STATUS, decode, encode, id_of, split_id, stamp, uuid,
+    with_id,
 };
 use crate::node::{Node, NodeConfig};
 use crate::services::Request;
@@ -17,7 +18,7 @@ const MAX_RESULT_REQUESTS: usize = 16;
 /// Response to a cancellation: a goal of this identifier is not known.
 const UNKNOWN_GOAL: u8 = 2;
 /// Response to a cancellation: the goal has ended already.
-const ENDED: u8 = 3;
+const GOAL_ENDED: u8 = 3;
 
 /// The server of an action.
 #[derive(Debug)]
@@ -99,7 +100,7 @@ impl ActionServer {
     /// Ends a goal with a result, whose state of the goal is replaced, or without one.
     pub fn end(&mut self, node: &Node, id: GoalId, status: GoalStatus, result: Option<Vec<u8>>) {
         let mut result = result.unwrap_or_else(|| self.action.no_result.clone());
-        if let Some(first) = result.get_mut(HEAD) {
+        if let Some(first) = result.get_mut(HEADER_BYTES) {
             *first = status as u8;
         }
         let Some(goal) = self
@@ -176,7 +177,7 @@ impl ActionServer {
                 continue;
             }
             if goal.status.has_ended() {
-                code = if goal.id == id { ENDED } else { code };
+                code = if goal.id == id { GOAL_ENDED } else { code };
                 continue;
             }
             let is_new = goal.status != GoalStatus::Canceling;

@@ -10,9 +10,9 @@ use crate::round::round_up;
 use crate::{ColorRole, Drawing, LineStyle};
 
 /// Cells along the longer side of the map, about: as large as a robot in a room.
-const CELLS: f64 = 40.0;
+const CELLS_ALONG_SIDE: f64 = 40.0;
 /// Radius of a dot, units.
-const DOT: f32 = 5.0;
+const DOT_RADIUS: f32 = 5.0;
 /// More drives have no dots of their own, since those would hide the map.
 const MAX_DOTS: usize = 2_000;
 
@@ -63,7 +63,7 @@ pub fn draw_failures(drive: &DriveMap, places: &[FailurePlace], width: f32, heig
 
 fn cells(drawing: &mut Drawing, frame: &Frame, places: &[&FailurePlace]) {
     let longest = f64::from(frame.map.width().max(frame.map.height())) / frame.scale;
-    let side = round_up(longest / CELLS);
+    let side = round_up(longest / CELLS_ALONG_SIDE);
     let mut counts = std::collections::BTreeMap::<(i64, i64), usize>::new();
     for place in places {
         let cell = [place.x, place.y].map(|along| (along / side).floor() as i64);
@@ -87,8 +87,8 @@ fn dots(drawing: &mut Drawing, frame: &Frame, places: &[&FailurePlace]) {
     for place in places {
         let at = frame.at(place.x, place.y);
         drawing.note(Some(place.label.clone()));
-        drawing.disc(at, DOT, ColorRole::Bad);
-        drawing.ring(at, DOT, LineStyle::new(ColorRole::Paper, 1.2));
+        drawing.disc(at, DOT_RADIUS, ColorRole::Bad);
+        drawing.ring(at, DOT_RADIUS, LineStyle::new(ColorRole::Paper, 1.2));
     }
     drawing.note(None);
 }

@@ -11,33 +11,33 @@ use crate::Font;
 use crate::round::round_up;
 
 /// Usual width of a map with its margins, units: fills a page at 200 dots per inch.
-const WIDTH: f64 = 1600.0;
+const USUAL_WIDTH: f64 = 1600.0;
 /// Greatest height of the map, units, so that the picture fits a screen in portrait format.
 const MAP_HEIGHT: f64 = 1200.0;
 /// Least width of the picture for its title, units.
 const LEAST_WIDTH: f64 = 760.0;
 /// Margin at the edges, units.
-const MARGIN: f64 = 36.0;
+const EDGE_MARGIN: f64 = 36.0;
 /// Height above the map for the title, units.
-const TOP: f64 = 104.0;
+const TITLE_HEIGHT: f64 = 104.0;
 /// Width left of the map for the labels, units.
-const LEFT: f64 = 84.0;
+const LABELS_WIDTH: f64 = 84.0;
 /// Height below the map for the labels and the scale bar, units.
-const BELOW: f64 = 70.0;
+const SCALE_BAR_HEIGHT: f64 = 70.0;
 /// Distance between rows of the legend, units.
-const ROW: f64 = 34.0;
+const LEGEND_ROW: f64 = 34.0;
 /// Distance between entries of the legend in a row, and between the map and a legend beside it, units.
-const GAP: f64 = 28.0;
+const LEGEND_GAP: f64 = 28.0;
 /// Least ratio of width to height at which the legend is placed below the map.
-const WIDE: f64 = 1.15;
+const WIDE_RATIO: f64 = 1.15;
 /// Greatest ratio between the sides of a map; a thinner one is extended.
-const THINNEST: f64 = 10.0;
+const MAX_SIDE_RATIO: f64 = 10.0;
 /// Least side of a map, metres, so that a robot that did not move is visible.
 const LEAST_METRES: f64 = 2.0;
 /// Least side of a map on paper, units, however little room there is.
-const LEAST: f64 = 40.0;
+const MIN_SIDE: f64 = 40.0;
 /// Least distance between two grid lines, units.
-const GRID: f64 = 80.0;
+const MIN_GRID_DISTANCE: f64 = 80.0;
 
 /// The layout of one map.
 #[derive(Debug)]
@@ -73,8 +73,8 @@ impl Frame {
     pub(super) fn of(drive: &DriveMap, entries: &[LegendEntry], heading: bool) -> Self {
         let sheet = Sheet::new(drive, entries, heading);
         let [width_m, height_m] = size(&sheet.shown);
-        let below = width_m / height_m >= WIDE;
-        let scale = ((WIDTH - LEFT - MARGIN) / width_m).min(MAP_HEIGHT / height_m);
+        let below = width_m / height_m >= WIDE_RATIO;
+        let scale = ((USUAL_WIDTH - LABELS_WIDTH - EDGE_MARGIN) / width_m).min(MAP_HEIGHT / height_m);
         let row_width = below.then_some(width_m * scale);
         let mut frame = sheet.frame(scale, row_width);
         frame.width = frame.width.max(LEAST_WIDTH as f32);
@@ -93,13 +93,14 @@ impl Frame {
         let sheet = Sheet::new(drive, entries, heading);
         let [width_m, height_m] = size(&sheet.shown);
         let [width, height] = [
-            f64::from(width) - LEFT - MARGIN,
-            f64::from(height) - sheet.top - BELOW - MARGIN / 2.0,
+            f64::from(width) - LABELS_WIDTH - EDGE_MARGIN,
+            f64::from(height) - sheet.top - SCALE_BAR_HEIGHT - EDGE_MARGIN / 2.0,
         ];
-        let scale = |width: f64, height: f64| (width.max(LEAST) / width_m).min(height.max(LEAST) / height_m);
+        let scale =
+            |width: f64, height: f64| (width.max(MIN_SIDE) / width_m).min(height.max(MIN_SIDE) / height_m);
         let (_, rows) = arrange(&sheet.entries, width);
         let beside = scale(width - sheet.beside(), height);
-        let below = scale(width, height - rows as f64 * ROW);
+        let below = scale(width, height - rows as f64 * LEGEND_ROW);
         if below > beside {
             sheet.frame(below, Some(width))
         } else {
@@ -134,47 +135,58 @@ impl Sheet {
         let width = |entry: &LegendEntry| f64::from(entry.width(&font));
         Self {
             shown: shown(drive),
-            top: if heading { TOP } else { MARGIN },
+            top: if heading { TITLE_HEIGHT } else { EDGE_MARGIN },
             entries: entries.iter().map(width).collect(),
         }
     }
 
     /// Width of a legend beside the map, units.
     fn beside(&self) -> f64 {
-        GAP + self.entries.iter().copied().fold(0.0, f64::max)
+        LEGEND_GAP + self.entries.iter().copied().fold(0.0, f64::max)
     }
 
     /// Places everything: the legend below the map in rows of the width `below`, or beside it.
     fn frame(self, scale: f64, below: Option<f64>) -> Frame {
         let top = self.top;
         let [map_width, map_height] = size(&self.shown).map(|metres| metres * scale);
-        let legend_top = top + map_height + BELOW;
+        let legend_top = top + map_height + SCALE_BAR_HEIGHT;
         let beside = self.beside();
         let (legend, width, height): (Vec<_>, f64, f64) = match below {
             Some(row_width) => {
                 let (places, rows) = arrange(&self.entries, row_width);
-                let at = |(x, row): (f64, usize)| (LEFT + x, legend_top + (row as f64 + 0.5) * ROW);
+                let at =
+                    |(x, row): (f64, usize)| (LABELS_WIDTH + x, legend_top + (row as f64 + 0.5) * LEGEND_ROW);
                 (
                     places.into_iter().map(at).collect(),
                     0.0,
-                    legend_top + rows as f64 * ROW,
+                    legend_top + rows as f64 * LEGEND_ROW,
                 )
             }
             None => {
-                let at = |row: usize| (LEFT + map_width + GAP, top + (row as f64 + 0.5) * ROW);
+                let at = |row: usize| {
+                    (
+                        LABELS_WIDTH + map_width + LEGEND_GAP,
+                        top + (row as f64 + 0.5) * LEGEND_ROW,
+                    )
+                };
                 let rows = self.entries.len();
-                let column = top + rows as f64 * ROW + MARGIN / 2.0;
+                let column = top + rows as f64 * LEGEND_ROW + EDGE_MARGIN / 2.0;
                 ((0..rows).map(at).collect(), beside, legend_top.max(column))
             }
         };
         Frame {
-            width: (LEFT + map_width + width + MARGIN).round() as f32,
-            height: (height + MARGIN / 2.0).round() as f32,
-            map: Rect::from_xywh(LEFT as f32, top as f32, map_width as f32, map_height as f32)
-                .expect("a map has a finite size that is not 0"),
+            width: (LABELS_WIDTH + map_width + width + EDGE_MARGIN).round() as f32,
+            height: (height + EDGE_MARGIN / 2.0).round() as f32,
+            map: Rect::from_xywh(
+                LABELS_WIDTH as f32,
+                top as f32,
+                map_width as f32,
+                map_height as f32,
+            )
+            .expect("a map has a finite size that is not 0"),
             shown: self.shown,
             scale,
-            grid: round_up(GRID / scale),
+            grid: round_up(MIN_GRID_DISTANCE / scale),
             legend: legend.into_iter().map(|(x, y)| (x as f32, y as f32)).collect(),
         }
     }
@@ -218,7 +230,7 @@ fn shown(drive: &DriveMap) -> Bounds {
     }
     let [width_m, height_m] = size(&shown);
     let longest = width_m.max(height_m);
-    let least = LEAST_METRES.max(longest / THINNEST);
+    let least = LEAST_METRES.max(longest / MAX_SIDE_RATIO);
     let margin = longest * 0.02;
     grow(&mut shown, 0, ((least - width_m) / 2.0).max(margin));
     grow(&mut shown, 1, ((least - height_m) / 2.0).max(margin));
@@ -282,7 +294,7 @@ fn arrange(widths: &[f64], row_width: f64) -> (Vec<(f64, usize)>, usize) {
             (x, row) = (0.0, row + 1);
         }
         places.push((x, row));
-        x += width + GAP;
+        x += width + LEGEND_GAP;
     }
     (places, row + 1)
 }

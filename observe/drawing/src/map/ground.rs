@@ -7,17 +7,17 @@ use super::{DriveMap, Obstacle};
 use crate::{Align, ColorRole, Drawing, DrawnShape, LineStyle};
 
 /// Drawn thickness of a wall of the world, which has none, metres.
-const WALL: f64 = 0.08;
+const WALL_THICKNESS: f64 = 0.08;
 /// A box no thicker than this is a wall, metres.
-const THIN: f64 = 0.2;
+const MAX_WALL_THICKNESS: f64 = 0.2;
 /// Side of a laser point, pixels.
-const POINT: usize = 2;
+const POINT_SIDE: usize = 2;
 /// A point gets a shade darker when its number of beams doubles, up to this number of shades.
-const SHADES: u32 = 5;
+const POINT_SHADES: u32 = 5;
 /// The part of its darkness that paint keeps, so that paths and walls stand out from it.
-const PAINT: f32 = 0.5;
+const PAINT_DARKNESS: f32 = 0.5;
 /// Text size of the labels, pixels.
-const LABEL: f32 = 16.0;
+const LABEL_SIZE: f32 = 16.0;
 /// Largest length of the scale bar: share of the map's width, and pixels.
 const SCALE_BAR: (f64, f64) = (0.5, 200.0);
 
@@ -28,7 +28,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
         if let Some(area) = area(frame, &paint.outline) {
             // What the paint covers is not seen through it.
             drawing.fill(area.clone(), ColorRole::Paper);
-            drawing.fill(area, ColorRole::Ink.faded(PAINT * paint.darkness));
+            drawing.fill(area, ColorRole::Ink.faded(PAINT_DARKNESS * paint.darkness));
         }
     }
     grid(drawing, frame);
@@ -55,7 +55,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
     for wall in walls {
         match wall.outline {
             Outline::Segment { from, to } => {
-                let line = LineStyle::new(ColorRole::Ink, frame.pixels(WALL).clamp(2.0, 7.0));
+                let line = LineStyle::new(ColorRole::Ink, frame.pixels(WALL_THICKNESS).clamp(2.0, 7.0));
                 drawing.polyline(&[frame.at(from[0], from[1]), frame.at(to[0], to[1])], line);
             }
             Outline::Box { .. } | Outline::Circle { .. } => {
@@ -76,11 +76,11 @@ pub(super) fn edge(drawing: &mut Drawing, frame: &Frame) {
     drawing.stroke(DrawnShape::Box(map), LineStyle::new(ColorRole::Edge, 1.0));
     for (x, text) in labels(frame, 0) {
         let position = (frame.at(x, 0.0).0, map.bottom() + 18.0);
-        drawing.label(&text, LABEL, position, Align::Middle, ColorRole::Soft);
+        drawing.label(&text, LABEL_SIZE, position, Align::Middle, ColorRole::Soft);
     }
     for (y, text) in labels(frame, 1) {
         let position = (map.left() - 10.0, frame.at(0.0, y).1);
-        drawing.label(&text, LABEL, position, Align::Right, ColorRole::Soft);
+        drawing.label(&text, LABEL_SIZE, position, Align::Right, ColorRole::Soft);
     }
     scale_bar(drawing, frame);
 }
@@ -117,25 +117,25 @@ fn labels(frame: &Frame, axis: usize) -> Vec<(f64, String)> {
 
 /// Draws the ends of the beams. More beams are darker, which distinguishes static things from passing ones.
 fn scans(drawing: &mut Drawing, frame: &Frame, points: &[(f64, f64)]) {
-    let columns = frame.map.width() as usize / POINT + 1;
-    let rows = frame.map.height() as usize / POINT + 1;
+    let columns = frame.map.width() as usize / POINT_SIDE + 1;
+    let rows = frame.map.height() as usize / POINT_SIDE + 1;
     let mut hits = vec![0u32; columns * rows];
     for &(x, y) in points {
         let (x, y) = frame.at(x, y);
         let (right, down) = (x - frame.map.left(), y - frame.map.top());
-        let (column, row) = (right as usize / POINT, down as usize / POINT);
+        let (column, row) = (right as usize / POINT_SIDE, down as usize / POINT_SIDE);
         if right >= 0.0 && down >= 0.0 && column < columns && row < rows {
             hits[row * columns + column] += 1;
         }
     }
     // From light to dark, so that points of one shade are drawn together.
-    for shade in 0..=SHADES {
+    for shade in 0..=POINT_SHADES {
         let ink = ColorRole::Ink.faded(0.45 + 0.1 * shade as f32);
-        let has_shade = |hits: u32| hits > 0 && hits.ilog2().min(SHADES) == shade;
+        let has_shade = |hits: u32| hits > 0 && hits.ilog2().min(POINT_SHADES) == shade;
         for (place, _) in hits.iter().enumerate().filter(|(_, hits)| has_shade(**hits)) {
-            let left = frame.map.left() + (place % columns * POINT) as f32;
-            let top = frame.map.top() + (place / columns * POINT) as f32;
-            drawing.bar((left, top), POINT as f32, POINT as f32, ink);
+            let left = frame.map.left() + (place % columns * POINT_SIDE) as f32;
+            let top = frame.map.top() + (place / columns * POINT_SIDE) as f32;
+            drawing.bar((left, top), POINT_SIDE as f32, POINT_SIDE as f32, ink);
         }
     }
 }
@@ -157,7 +157,7 @@ fn scale_bar(drawing: &mut Drawing, frame: &Frame) {
     }
     drawing.label(
         &format!("{} m", metres(length, length)),
-        LABEL,
+        LABEL_SIZE,
         (right + 10.0, y),
         Align::Left,
         ColorRole::Ink,
@@ -172,7 +172,7 @@ fn draw_moving(drawing: &mut Drawing, area: DrawnShape) {
 fn is_wall(obstacle: &Obstacle) -> bool {
     match obstacle.outline {
         Outline::Segment { .. } => true,
-        Outline::Box { size, .. } => size[0].abs().min(size[1].abs()) <= THIN,
+        Outline::Box { size, .. } => size[0].abs().min(size[1].abs()) <= MAX_WALL_THICKNESS,
         Outline::Circle { .. } => false,
     }
 }

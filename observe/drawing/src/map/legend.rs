@@ -12,12 +12,12 @@ use crate::text::{counted, percent};
 use crate::{Align, ColorRole, Drawing, Font, LineStyle};
 
 /// Text size of the title, pixels.
-const TITLE: f32 = 32.0;
+const TITLE_SIZE: f32 = 32.0;
 /// Text size of the legend and of the line below the title, pixels.
-const TEXT: f32 = 18.0;
+const TEXT_SIZE: f32 = 18.0;
 /// Width of an entry's symbol, and its distance from the text, pixels.
-const SIGN: f32 = 30.0;
-const SPACE: f32 = 10.0;
+const SYMBOL_WIDTH: f32 = 30.0;
+const SYMBOL_GAP: f32 = 10.0;
 
 /// An entry of the legend.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ pub(super) enum Sign {
 impl LegendEntry {
     /// The width in pixels.
     pub(super) fn width(&self, font: &Font) -> f32 {
-        SIGN + SPACE + font.width(&self.text, TEXT)
+        SYMBOL_WIDTH + SYMBOL_GAP + font.width(&self.text, TEXT_SIZE)
     }
 }
 
@@ -112,14 +112,14 @@ pub(super) fn entries(drive: &DriveMap, palette: &Palette) -> Vec<LegendEntry> {
 pub(super) fn heading(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
     drawing.text(
         &drive.title,
-        TITLE,
+        TITLE_SIZE,
         (frame.map.left(), 52.0),
         Align::Left,
         ColorRole::Ink,
     );
     drawing.text(
         &numbers(drive),
-        TEXT,
+        TEXT_SIZE,
         (frame.map.left(), 84.0),
         Align::Left,
         ColorRole::Soft,
@@ -129,11 +129,11 @@ pub(super) fn heading(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap) {
 /// Draws the legend.
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, palette: &Palette, entries: &[LegendEntry]) {
     for (entry, &(x, y)) in entries.iter().zip(&frame.legend) {
-        sign(drawing, entry.sign, (x + SIGN / 2.0, y), palette);
+        sign(drawing, entry.sign, (x + SYMBOL_WIDTH / 2.0, y), palette);
         drawing.label(
             &entry.text,
-            TEXT,
-            (x + SIGN + SPACE, y),
+            TEXT_SIZE,
+            (x + SYMBOL_WIDTH + SYMBOL_GAP, y),
             Align::Left,
             ColorRole::Ink,
         );
@@ -147,7 +147,13 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
                 width: 5.0,
                 ..path::line(palette, winner)
             };
-            drawing.polyline(&[(x - SIGN / 2.0 + 3.0, y), (x + SIGN / 2.0 - 3.0, y)], line);
+            drawing.polyline(
+                &[
+                    (x - SYMBOL_WIDTH / 2.0 + 3.0, y),
+                    (x + SYMBOL_WIDTH / 2.0 - 3.0, y),
+                ],
+                line,
+            );
         }
         Sign::Takeover => path::takeover(drawing, (x, y), ColorRole::Soft),
         Sign::Start => path::robot(

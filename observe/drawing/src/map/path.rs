@@ -11,18 +11,18 @@ use crate::{Align, ColorRole, Drawing, DrawnShape, LineStyle};
 const PATH_WIDTH: f32 = 3.0;
 const OUTLINE_WIDTH: f32 = 2.0;
 /// Distance between two arrows on the path, pixels.
-const ARROWS: f32 = 170.0;
+const ARROW_DISTANCE: f32 = 170.0;
 /// Least distance between an arrow and the mark of a takeover, pixels.
 const ARROW_CLEARANCE: f32 = 16.0;
 /// Least radius of a robot, also if its body is unknown, pixels.
 const LEAST_ROBOT: f32 = 9.0;
 /// Pixels from the centre of a target's cross to its ends, the radius of its badge, and the badge's offset in
 /// each direction.
-const CROSS: f32 = 5.0;
-const BADGE: f32 = 13.0;
-const BESIDE: f32 = 19.0;
+const CROSS_ARM: f32 = 5.0;
+const BADGE_RADIUS: f32 = 13.0;
+const BADGE_OFFSET: f32 = 19.0;
 /// Text size of a robot's name, shown if there are several.
-const NAME: f32 = 16.0;
+const NAME_SIZE: f32 = 16.0;
 /// Points closer than this are merged, pixels.
 const MERGE_DISTANCE: f32 = 0.5;
 
@@ -107,8 +107,8 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &DriveMap, palet
             robot(drawing, place, &body, at.heading, which);
             robots.push((place, radius));
             if drive.paths.len() > 1 && which == PathEnd::End {
-                let name_place = (place.0 + radius + NAME / 3.0, place.1);
-                drawing.label(&path.robot, NAME, name_place, Align::Left, ColorRole::Ink);
+                let name_place = (place.0 + radius + NAME_SIZE / 3.0, place.1);
+                drawing.label(&path.robot, NAME_SIZE, name_place, Align::Left, ColorRole::Ink);
             }
         }
     }
@@ -137,14 +137,14 @@ pub(super) fn takeover(drawing: &mut Drawing, at: (f32, f32), tone: ColorRole) {
 /// Draws the number of a target: in a filled disc if it was reached, in a dashed ring if not.
 pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, reached: bool) {
     let size = if number.len() > 2 { 12.0 } else { 15.0 };
-    drawing.disc((x, y), BADGE + 2.0, ColorRole::Paper);
+    drawing.disc((x, y), BADGE_RADIUS + 2.0, ColorRole::Paper);
     if reached {
-        drawing.disc((x, y), BADGE, ColorRole::Ink);
+        drawing.disc((x, y), BADGE_RADIUS, ColorRole::Ink);
         drawing.label(number, size, (x, y), Align::Middle, ColorRole::Paper);
     } else {
         drawing.ring(
             (x, y),
-            BADGE - 0.9,
+            BADGE_RADIUS - 0.9,
             LineStyle::new(ColorRole::Ink, 1.8).dashed(4.0, 3.0),
         );
         drawing.label(number, size, (x, y), Align::Middle, ColorRole::Ink);
@@ -187,23 +187,29 @@ fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
         LineStyle::new(ColorRole::Paper, 5.0),
         LineStyle::new(ColorRole::Ink, 2.0),
     ] {
-        drawing.polyline(&[(x - CROSS, y - CROSS), (x + CROSS, y + CROSS)], line);
-        drawing.polyline(&[(x - CROSS, y + CROSS), (x + CROSS, y - CROSS)], line);
+        drawing.polyline(
+            &[(x - CROSS_ARM, y - CROSS_ARM), (x + CROSS_ARM, y + CROSS_ARM)],
+            line,
+        );
+        drawing.polyline(
+            &[(x - CROSS_ARM, y + CROSS_ARM), (x + CROSS_ARM, y - CROSS_ARM)],
+            line,
+        );
     }
 }
 
 /// The diagonal of a target on which its badge hides no robot and the least of the path.
 fn badge_place((x, y): (f32, f32), runs: &[&Run], robots: &[((f32, f32), f32)]) -> (f32, f32) {
     let candidates = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-        .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
+        .map(|(right, down)| (x + right * BADGE_OFFSET, y + down * BADGE_OFFSET));
     let hidden_count = |(x, y): (f32, f32)| {
         let within = |distance: f32| move |(to_x, to_y): &&(f32, f32)| (to_x - x).hypot(to_y - y) < distance;
         let covered = runs
             .iter()
             .flat_map(|(_, points)| points)
-            .filter(within(BADGE + PATH_WIDTH))
+            .filter(within(BADGE_RADIUS + PATH_WIDTH))
             .count();
-        let is_hidden = |&&(place, radius): &&((f32, f32), f32)| within(BADGE + radius)(&&place);
+        let is_hidden = |&&(place, radius): &&((f32, f32), f32)| within(BADGE_RADIUS + radius)(&&place);
         (robots.iter().filter(is_hidden).count(), covered)
     };
     candidates
@@ -238,7 +244,7 @@ fn runs(frame: &Frame, path: &[PathPoint]) -> Vec<Run> {
 
 /// Draws arrow heads in the direction of the path, evenly spaced and away from the takeovers.
 fn arrows(drawing: &mut Drawing, runs: &[Run], takeovers: &[(f32, f32)], palette: &Palette) {
-    let mut next = ARROWS / 2.0;
+    let mut next = ARROW_DISTANCE / 2.0;
     for (winner, points) in runs {
         for pair in points.windows(2) {
             let ((x, y), (to_x, to_y)) = (pair[0], pair[1]);
@@ -262,7 +268,7 @@ fn arrows(drawing: &mut Drawing, runs: &[Run], takeovers: &[(f32, f32)], palette
                 }
                 let head = [at(8.0, 0.0), at(-5.0, 6.0), at(-2.5, 0.0), at(-5.0, -6.0)];
                 drawing.polygon(&head, palette.tone(*winner));
-                next += ARROWS;
+                next += ARROW_DISTANCE;
             }
             next -= length;
         }

@@ -11,7 +11,7 @@ use crate::result::DriveFailure;
 /// The most selections that are kept: enough to see two handovers in each of two groups, and their causes.
 const MAX_SELECTIONS: usize = 12;
 /// The time between two positions of the path, ns: at 0.4 m/s a robot moves 4 cm.
-const INTERVAL: Nanos = 100_000_000;
+const PATH_INTERVAL: Nanos = 100_000_000;
 /// The most positions of a path in a result.
 const MAX_POSITIONS: usize = 200;
 
@@ -52,7 +52,7 @@ impl Situation {
         if let Some([x, y, _]) = pose
             && now >= self.next_position
         {
-            self.next_position = now + INTERVAL;
+            self.next_position = now + PATH_INTERVAL;
             self.path.push(([x, y], self.timeline.acting().first().copied()));
         }
     }

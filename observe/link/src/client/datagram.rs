@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::folder::new_id;
 
 /// Longest wait for the reply. A stop takes less than a millisecond.
-const TIMEOUT: Duration = Duration::from_secs(1);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(1);
 /// Longest reply, bytes: the roots of a large application.
 const MAX_REPLY_BYTES: usize = 64 << 10;
 
@@ -21,8 +21,8 @@ pub(super) fn request(path: &Path, message: &[u8]) -> io::Result<Vec<u8>> {
     let socket = UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(format!("jde-{name}"))?)?;
     // Only the application's own replies arrive at a connected socket.
     socket.connect(path)?;
-    socket.set_read_timeout(Some(TIMEOUT))?;
-    socket.set_write_timeout(Some(TIMEOUT))?;
+    socket.set_read_timeout(Some(REPLY_TIMEOUT))?;
+    socket.set_write_timeout(Some(REPLY_TIMEOUT))?;
     socket.send(message)?;
     let mut reply = vec![0; MAX_REPLY_BYTES];
     let length = socket.recv(&mut reply)?;

@@ -26,13 +26,13 @@ use crate::server::no_panel;
 use crate::{Error, client::complaint::Complaint};
 
 /// How long an application may take to appear on a new connection.
-const APPEAR: Duration = Duration::from_secs(3);
+const APPEAR_TIMEOUT: Duration = Duration::from_secs(3);
 /// How often a query that the application had no room for is repeated, and the pause in between.
-const TRIES: usize = 5;
+const QUERY_TRIES: usize = 5;
 /// Longest reload: the application reads and loads a library of any size, and every schema finishes its
 /// iteration.
-const RELOAD: Duration = Duration::from_secs(30);
-const PAUSE: Duration = Duration::from_millis(50);
+const RELOAD_TIMEOUT: Duration = Duration::from_secs(30);
+const QUERY_PAUSE: Duration = Duration::from_millis(50);
 
 /// An application on this machine or on the network.
 #[derive(Clone)]
@@ -64,10 +64,10 @@ impl Remote {
             .callback(move |token| state.set(token.kind() == SampleKind::Put))
             .wait()
             .map_err(|error| Error::Open(error.to_string()))?;
-        if !liveliness.wait(true, APPEAR) {
+        if !liveliness.wait(true, APPEAR_TIMEOUT) {
             return Err(Error::Timeout {
                 application: about.name,
-                waited: APPEAR,
+                waited: APPEAR_TIMEOUT,
             });
         }
         let inner = RemoteInner {
@@ -372,7 +372,7 @@ impl Remote {
     /// [`Error::Refused`] with all reasons, if nothing was replaced; and as above.
     pub fn reload(&self, request: &Request) -> Result<ReloadReport, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
-        let reply = self.query_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
+        let reply = self.query_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD_TIMEOUT)?;
         self.operated(&reply)?
             .reloaded
             .ok_or_else(|| self.garbled("the outcome of the reload is missing"))
@@ -439,7 +439,7 @@ impl Remote {
     ) -> Result<Reply, Error> {
         let name = || self.inner.about.name.clone();
         let start = Instant::now();
-        for _ in 0..TRIES {
+        for _ in 0..QUERY_TRIES {
             if !self.is_alive() {
                 return Err(Error::Disconnected(name()));
             }
@@ -451,7 +451,7 @@ impl Remote {
                 QueryOutcome::Reply(reply) => return Ok(reply),
                 QueryOutcome::Refused(refusal) => return Err(refusal.into()),
                 QueryOutcome::Unanswered => {
-                    if self.wait_gone(PAUSE) {
+                    if self.wait_gone(QUERY_PAUSE) {
                         return Err(Error::Disconnected(name()));
                     }
                 }

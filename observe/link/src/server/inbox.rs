@@ -25,7 +25,7 @@ const MAX_OUTCOMES: usize = 256;
 /// for others.
 const QUERIES_PER_SECOND: f64 = 200.0;
 /// Most tokens accepted per origin: more values and panels than clients watch at once.
-const TOKENS: usize = 4096;
+const MAX_TOKENS: usize = 4096;
 /// Longest accepted token, bytes: the longest names, and room for a client's.
 const MAX_TOKEN_BYTES: usize = 1024;
 
@@ -65,7 +65,7 @@ enum Rank {
 }
 
 /// The number of ranks.
-const RANKS: usize = 4;
+const RANK_COUNT: usize = 4;
 
 /// A request of clients for one variable or panel at one rate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -100,7 +100,7 @@ struct DemandClients {
 pub(super) struct Inbox {
     /// Requests by [`Rank`] and then by client: a busy client displaces no other kind of request, and takes
     /// turns with other clients of the same kind.
-    queries: [FairQueue<QueuedQuery>; RANKS],
+    queries: [FairQueue<QueuedQuery>; RANK_COUNT],
     /// The rate limit of each queue.
     limiters: [Mutex<TokenBucket>; QUEUES],
     /// Hashes clients' names to queues, differently in each run, so that no client can choose another's
@@ -295,10 +295,10 @@ fn rank(message: &[u8]) -> Rank {
 impl Demands {
     fn add(&mut self, demand: Demand, token: &str) {
         let count = &mut self.tokens[demand.origin as usize];
-        if *count >= TOKENS || token.len() > MAX_TOKEN_BYTES {
+        if *count >= MAX_TOKENS || token.len() > MAX_TOKEN_BYTES {
             if !std::mem::replace(&mut self.is_excess_logged, true) {
                 tracing::warn!(
-                    "clients subscribe to more than {TOKENS} values and panels at once, or by names of more than {MAX_TOKEN_BYTES} bytes; the excess is ignored"
+                    "clients subscribe to more than {MAX_TOKENS} values and panels at once, or by names of more than {MAX_TOKEN_BYTES} bytes; the excess is ignored"
                 );
             }
             return;
@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn tokens_are_limited_separately_for_each_origin() {
         let inbox = Inbox::new();
-        for number in 0..TOKENS + 10 {
+        for number in 0..MAX_TOKENS + 10 {
             let token = token(&format!("v{number}"), "a");
             update(&inbox, Origin::Network, &token, true);
         }
@@ -379,22 +379,22 @@ mod tests {
             &token("laser", &"x".repeat(MAX_TOKEN_BYTES)),
             true,
         );
-        assert_eq!(inbox.take_demands().unwrap().len(), TOKENS);
+        assert_eq!(inbox.take_demands().unwrap().len(), MAX_TOKENS);
         update(&inbox, Origin::Local, &token("laser", "a"), true);
         assert_eq!(
             inbox.take_demands().unwrap().len(),
-            TOKENS + 1,
+            MAX_TOKENS + 1,
             "tokens of this machine have a limit of their own"
         );
         // Removing a token that exceeded the limit frees no room.
         update(
             &inbox,
             Origin::Network,
-            &token(&format!("v{}", TOKENS + 5), "a"),
+            &token(&format!("v{}", MAX_TOKENS + 5), "a"),
             false,
         );
         update(&inbox, Origin::Network, &token("more", "a"), true);
-        assert_eq!(inbox.take_demands().unwrap().len(), TOKENS + 1);
+        assert_eq!(inbox.take_demands().unwrap().len(), MAX_TOKENS + 1);
         update(&inbox, Origin::Network, &token("v0", "a"), false);
         update(&inbox, Origin::Network, &token("more", "a"), true);
         let demands = inbox.take_demands().unwrap();

@@ -24,7 +24,7 @@ const MAX_REQUESTS: usize = MAX_JOBS - 8;
 /// Most gestures among them: dragging on a panel leaves room for requests to stop a robot.
 const MAX_GESTURES: usize = MAX_JOBS / 4;
 /// Most pending reloads. Only one runs at a time, and more need not wait.
-const RELOADS: usize = 4;
+const MAX_RELOADS: usize = 4;
 
 /// Work for the threads.
 pub(super) enum Job {
@@ -81,7 +81,7 @@ impl OperatorWorkers {
             Ok::<_, Error>(Some(sender))
         };
         let jobs = begin("link-operator", MAX_JOBS)?;
-        let reloads = begin("link-reload", RELOADS)?;
+        let reloads = begin("link-reload", MAX_RELOADS)?;
         Ok(Self {
             jobs,
             reloads,

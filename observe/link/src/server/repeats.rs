@@ -4,9 +4,9 @@
 use std::time::{Duration, Instant};
 
 /// When the first repeat is due.
-const FIRST: Duration = Duration::from_secs(1);
+const FIRST_REPEAT: Duration = Duration::from_secs(1);
 /// The longest time between repeats: a static picture costs no more than this.
-const LONGEST: Duration = Duration::from_secs(16);
+const LONGEST_REPEAT: Duration = Duration::from_secs(16);
 
 /// The repeats of one publication: less often as time passes.
 pub(super) struct Repeats {
@@ -17,21 +17,21 @@ pub(super) struct Repeats {
 impl Repeats {
     pub(super) fn new() -> Self {
         Self {
-            gap: FIRST,
+            gap: FIRST_REPEAT,
             due: None,
         }
     }
 
     /// Starts again, after a new message.
     pub(super) fn restart(&mut self, now: Instant) {
-        (self.gap, self.due) = (FIRST, Some(now + FIRST));
+        (self.gap, self.due) = (FIRST_REPEAT, Some(now + FIRST_REPEAT));
     }
 
     /// Returns whether a repeat is due, and schedules the next.
     pub(super) fn take_due(&mut self, now: Instant) -> bool {
         let is_due = self.due.is_some_and(|due| due <= now);
         if is_due {
-            self.gap = LONGEST.min(self.gap * 2);
+            self.gap = LONGEST_REPEAT.min(self.gap * 2);
             self.due = Some(now + self.gap);
         }
         is_due

@@ -15,7 +15,7 @@ use super::worker::{matches_key, may_operate, parse_query};
 use crate::message::{Action, Network, Refusal};
 
 /// Stops per second. More frequent requests are combined into one stop, and each receives its outcome.
-const STOPS: f64 = 10.0;
+const STOPS_PER_SECOND: f64 = 10.0;
 /// Pause before the next attempt when the rate is exceeded.
 const RETRY_PAUSE: Duration = Duration::from_millis(10);
 /// Most operators named when several stopped everything at once.
@@ -33,7 +33,7 @@ pub(super) struct Stopper {
 impl Stopper {
     /// Carries out stops until the link ends.
     pub(super) fn run(self) {
-        let mut bucket = TokenBucket::new(STOPS, Instant::now());
+        let mut bucket = TokenBucket::new(STOPS_PER_SECOND, Instant::now());
         while !self.inbox.is_stopping() {
             let requests: Vec<_> = std::iter::from_fn(|| self.inbox.next_stop()).collect();
             if requests.is_empty() {

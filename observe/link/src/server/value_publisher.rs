@@ -16,7 +16,7 @@ use super::subject::Subject;
 use super::value_reader::ValueReader;
 
 /// How long to wait for the end of a command whose validity should be over.
-const RECHECK: Duration = Duration::from_millis(20);
+const RECHECK_AFTER: Duration = Duration::from_millis(20);
 
 /// The publisher of one variable.
 pub(super) struct ValuePublisher {
@@ -86,7 +86,7 @@ impl ValuePublisher {
         let known = self.sent.filter(|_| !repeat);
         let Some((tag, value)) = self.reader.newest(subject, known) else {
             // The application's time may pass more slowly than this thread's.
-            self.ends = self.ends.map(|ends| ends.max(now + RECHECK));
+            self.ends = self.ends.map(|ends| ends.max(now + RECHECK_AFTER));
             return;
         };
         let this = (tag.sequence, !tag.retracted);

@@ -12,7 +12,7 @@ use super::{ReadError, failed, scan};
 /// The first bytes of a frame of Zstandard.
 pub(super) const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 /// The first bytes of an SQLite database.
-const SQLITE: &[u8] = b"SQLite format 3\0";
+const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ impl Source {
             head = read_head(&mut File::open(&unpacked).map_err(failed(path))?).map_err(failed(path))?;
             source.unpacked = Some(unpacked);
         }
-        if head.starts_with(SQLITE) {
+        if head.starts_with(SQLITE_MAGIC) {
             source.form = Form::Sqlite;
         } else if !head.starts_with(mcap::MAGIC) {
             return Err(ReadError::NotRecording(path.to_owned()));
@@ -71,12 +71,12 @@ impl Source {
 
 /// Whether a file that begins like that is a database or packed, as files of bags are.
 pub(crate) fn is_of_bag(head: &[u8]) -> bool {
-    head.starts_with(&ZSTD) || head.starts_with(&SQLITE[..mcap::MAGIC.len()])
+    head.starts_with(&ZSTD) || head.starts_with(&SQLITE_MAGIC[..mcap::MAGIC.len()])
 }
 
 fn read_head(file: &mut File) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
-    file.take(SQLITE.len() as u64).read_to_end(&mut head)?;
+    file.take(SQLITE_MAGIC.len() as u64).read_to_end(&mut head)?;
     Ok(head)
 }
 

@@ -12,7 +12,7 @@ use crate::writer::Times;
 
 /// The memory that a message needs besides its own bytes: its entry in the queue, and the allocator's
 /// overhead.
-const OVERHEAD: usize = size_of::<BufferedMessage>() + 16;
+const MESSAGE_OVERHEAD: usize = size_of::<BufferedMessage>() + 16;
 
 /// The messages of the recent past.
 pub(crate) struct PreTriggerBuffer {
@@ -176,7 +176,7 @@ impl BufferedMessage {
             Content::Message { data, .. } | Content::Retracted { data, .. } => data.len(),
             Content::Lost(_) => 0,
         };
-        OVERHEAD + data
+        MESSAGE_OVERHEAD + data
     }
 }
 

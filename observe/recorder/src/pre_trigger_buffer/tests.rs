@@ -42,7 +42,7 @@ fn entries_expire_and_the_newest_expired_value_stays_in_force() {
 
 #[test]
 fn needed_entries_do_not_expire_and_memory_is_limited() {
-    let mut buffer = PreTriggerBuffer::new(0, 10 * (OVERHEAD + 100));
+    let mut buffer = PreTriggerBuffer::new(0, 10 * (MESSAGE_OVERHEAD + 100));
     for log in 0..10 {
         buffer.push(value(0, log, 100));
     }

@@ -33,7 +33,7 @@ pub use turns::turns;
 
 /// Upper limit of the notices that are not yet written: more than the busiest application sends while a disk
 /// blocks for a second.
-const EVENTS: usize = 4096;
+const MAX_NOTICES: usize = 4096;
 
 /// Returns the application's time, in ns since its start. Any thread may call it.
 pub type Clock = Arc<dyn Fn() -> Nanos + Send + Sync>;
@@ -311,7 +311,7 @@ impl Drop for Recorder {
 }
 
 fn new_shared(lossless: bool) -> (Arc<Shared>, Receiver<(u64, Notice)>) {
-    let (sender, receiver) = sync_channel(EVENTS);
+    let (sender, receiver) = sync_channel(MAX_NOTICES);
     (Arc::new(Shared::new(sender, lossless)), receiver)
 }
 

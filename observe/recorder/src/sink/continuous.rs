@@ -21,7 +21,7 @@ const FIRST_WAIT: Duration = Duration::from_millis(100);
 /// The longest time between two tries.
 const MAX_WAIT: Duration = Duration::from_secs(8);
 /// The time after a report of a gap during which further gaps are only counted.
-const QUIET: Duration = Duration::from_secs(60);
+const GAP_REPORT_PAUSE: Duration = Duration::from_secs(60);
 
 /// The sink of a recording of everything.
 pub(crate) struct ContinuousSink {
@@ -248,7 +248,7 @@ impl ContinuousSink {
         let now = Instant::now();
         let may = self.quiet_until.is_none_or(|until| until < now);
         if may {
-            self.quiet_until = Some(now + QUIET);
+            self.quiet_until = Some(now + GAP_REPORT_PAUSE);
         } else {
             self.unreported += 1;
         }

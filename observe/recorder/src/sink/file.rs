@@ -15,7 +15,7 @@ use crate::Origin;
 use crate::writer::{Output, Times, Writer};
 
 /// The time between two flushes: half of the second that may be lost.
-const FLUSH: Duration = Duration::from_millis(500);
+const FLUSH_INTERVAL: Duration = Duration::from_millis(500);
 /// The bytes of a chunk, which ends with the message that exceeds them.
 const CHUNK_BYTES: usize = 1 << 20;
 /// The bytes of a message in a chunk besides its data.
@@ -119,7 +119,7 @@ impl OpenFile {
     /// Flushes if half a second has passed, and reports an error of the disk about earlier flushes.
     pub(super) fn flush_if_due(&mut self) -> io::Result<()> {
         self.messages.check()?;
-        if self.flushed.elapsed() < FLUSH {
+        if self.flushed.elapsed() < FLUSH_INTERVAL {
             return Ok(());
         }
         if self.messages.submitted > self.messages.flushed {

@@ -23,10 +23,10 @@ use crate::{Error, Origin};
 /// How late a value may arrive in real time, in ns: one that was published before a part began and arrives
 /// within this time is written to the new part. So the values in force at the beginning of a part are stamped
 /// this much earlier.
-const LATE: Nanos = 100_000_000;
+const MAX_LATENESS: Nanos = 100_000_000;
 
 /// The time until it is tried again to delete a part that could not be deleted.
-const RETRY: Duration = Duration::from_secs(10);
+const DELETION_RETRY: Duration = Duration::from_secs(10);
 /// The largest number of gaps that are listed.
 const MAX_GAPS: usize = 20;
 /// Why a part remains that another recording has locked.
@@ -184,7 +184,7 @@ impl PartSequence {
             in_force: InForce::default(),
             lost: BTreeMap::new(),
             existing: VecDeque::new(),
-            next_retry: Instant::now() + RETRY,
+            next_retry: Instant::now() + DELETION_RETRY,
             parts: Parts::default(),
         }
     }
@@ -304,7 +304,7 @@ impl PartSequence {
             .sum::<u64>()
             + current_bytes;
         if retries {
-            self.next_retry = now + RETRY;
+            self.next_retry = now + DELETION_RETRY;
         }
         let mut refused = None;
         let (parts, mut index) = (&mut self.parts, 0);
@@ -405,7 +405,7 @@ impl PartSequence {
         gap: Option<&Gap>,
     ) -> io::Result<OpenFile> {
         channels.iter().try_for_each(|channel| file.open(channel))?;
-        let log = time.saturating_sub(if self.lossless { 0 } else { LATE });
+        let log = time.saturating_sub(if self.lossless { 0 } else { MAX_LATENESS });
         for (channel, times, data) in self.in_force.iter() {
             file.repeat(channel, Times { log, ..times }, data)?;
         }

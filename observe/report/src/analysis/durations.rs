@@ -4,7 +4,7 @@
 use jde_core::Nanos;
 
 /// Bins per doubling: each is 2.2 % wide.
-const BINS: f64 = 32.0;
+const BINS_PER_DOUBLING: f64 = 32.0;
 
 /// Durations.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ pub(crate) struct Durations {
 
 impl Durations {
     pub(crate) fn add(&mut self, time: Nanos) {
-        let bin = ((time.max(1) as f64).log2() * BINS) as usize;
+        let bin = ((time.max(1) as f64).log2() * BINS_PER_DOUBLING) as usize;
         if self.bins.len() <= bin {
             self.bins.resize(bin + 1, 0);
         }
@@ -55,7 +55,11 @@ impl Durations {
             seen >= rank
         })?;
         // The geometric middle of the bin.
-        Some(((bin as f64 + 0.5) / BINS).exp2().min(self.worst as f64))
+        Some(
+            ((bin as f64 + 0.5) / BINS_PER_DOUBLING)
+                .exp2()
+                .min(self.worst as f64),
+        )
     }
 }
 

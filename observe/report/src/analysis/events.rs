@@ -10,8 +10,8 @@ use jde_timeline::MarkKind;
 use super::bounded::{Ends, count};
 
 /// Events stored: so many of the first, and of the last.
-const FIRST: usize = 1000;
-const LAST: usize = 500;
+const FIRST_EVENTS: usize = 1000;
+const LAST_EVENTS: usize = 500;
 /// Most kinds that are counted separately.
 const MOST_KINDS: usize = 64;
 
@@ -28,7 +28,7 @@ pub(crate) struct Events {
 impl Events {
     pub(crate) fn new() -> Self {
         Self {
-            list: Ends::new(FIRST, LAST),
+            list: Ends::new(FIRST_EVENTS, LAST_EVENTS),
             kinds: BTreeMap::new(),
             operations: 0,
         }

@@ -22,7 +22,7 @@ const TURNS: &str = "/jde/turns";
 const FIRST_SWITCHES: usize = 4000;
 const LAST_SWITCHES: usize = 1000;
 /// Most columns of small charts.
-const COARSE: usize = 300;
+const COARSE_COLUMNS: usize = 300;
 
 /// The analysis so far, and what is known of the present.
 pub(super) struct AnalysisReader {
@@ -52,7 +52,7 @@ impl AnalysisReader {
         let from = wanted.from.unwrap_or_else(|| since(first));
         let to = wanted.to.unwrap_or_else(|| since(last));
         let columns = Columns::new(from, to.max(from), wanted.columns);
-        let coarse = Columns::new(from, columns.to, wanted.columns.min(COARSE));
+        let coarse = Columns::new(from, columns.to, wanted.columns.min(COARSE_COLUMNS));
         let title = survey.application.clone().unwrap_or_else(|| {
             let stem = recording.path().file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()

@@ -17,19 +17,19 @@ use crate::analysis::Analysis;
 pub(crate) const NAMES: f32 = 200.0;
 pub(crate) const NUMBERS: f32 = 110.0;
 /// Height of a row, units: the easily readable maximum, and the visible minimum.
-const HIGHEST: f32 = 30.0;
-const LOWEST: f32 = 5.0;
+const MAX_ROW_HEIGHT: f32 = 30.0;
+const MIN_ROW_HEIGHT: f32 = 5.0;
 /// Rows lower than this have no names.
-const NAMED: f32 = 13.0;
+const MIN_NAMED_HEIGHT: f32 = 13.0;
 /// Indentation of a child's name, units.
-const STEP: f32 = 12.0;
+const CHILD_INDENT: f32 = 12.0;
 /// Heights of the states, as shares of a row.
-const WINNER: f32 = 0.78;
-const READY: f32 = 0.48;
-const CHECKING: f32 = 0.16;
+const WINNER_HEIGHT: f32 = 0.78;
+const READY_HEIGHT: f32 = 0.48;
+const CHECKING_HEIGHT: f32 = 0.16;
 /// The number of shades for parts of a column, and the faintest.
-const SHADES: f32 = 8.0;
-const FAINTEST: f32 = 0.375;
+const SHADE_COUNT: f32 = 8.0;
+const FAINTEST_SHADE: f32 = 0.375;
 
 /// The rows that fit the available height.
 pub(crate) struct Bands<'t> {
@@ -44,7 +44,7 @@ impl<'t> Bands<'t> {
     /// The rows of an analysis within this height; none if there are no schemas.
     pub(crate) fn new(analysis: &'t Analysis, max_height: f32) -> Self {
         let mut rows = analysis.rows();
-        let capacity = (max_height / LOWEST) as usize;
+        let capacity = (max_height / MIN_ROW_HEIGHT) as usize;
         let all = rows.len();
         if all > capacity {
             // Schemas that never were awake are dropped first.
@@ -57,7 +57,7 @@ impl<'t> Bands<'t> {
         Self {
             analysis,
             left_out: all - rows.len(),
-            row: (max_height / rows.len().max(1) as f32).clamp(LOWEST, HIGHEST),
+            row: (max_height / rows.len().max(1) as f32).clamp(MIN_ROW_HEIGHT, MAX_ROW_HEIGHT),
             rows,
         }
     }
@@ -126,9 +126,9 @@ impl<'t> Bands<'t> {
             ColorRole::Edge
         };
         let layers = [
-            (State::Checking, CHECKING, ColorRole::Edge.faded(0.7)),
-            (State::Ready, READY, color.faded(0.5)),
-            (State::Winner, WINNER, color.faded(1.0)),
+            (State::Checking, CHECKING_HEIGHT, ColorRole::Edge.faded(0.7)),
+            (State::Ready, READY_HEIGHT, color.faded(0.5)),
+            (State::Winner, WINNER_HEIGHT, color.faded(1.0)),
         ];
         for (state, height, ink) in layers {
             layer(drawing, area, band.shares(state), height, ink);
@@ -187,10 +187,10 @@ impl<'t> Bands<'t> {
     }
 
     fn name(&self, drawing: &mut Drawing, area: Area, name: &str, depth: usize, tone: ColorRole) {
-        if self.row < NAMED {
+        if self.row < MIN_NAMED_HEIGHT {
             return;
         }
-        let indent = STEP * depth.min(6) as f32;
+        let indent = CHILD_INDENT * depth.min(6) as f32;
         let size = TEXT.min(self.row * 0.75);
         let left = area.left - NAMES + indent;
         // A page may show the same text in a wider typeface.
@@ -199,7 +199,7 @@ impl<'t> Bands<'t> {
     }
 
     fn number(&self, drawing: &mut Drawing, area: Area, text: &str) {
-        if self.row >= NAMED {
+        if self.row >= MIN_NAMED_HEIGHT {
             let at = (area.right() + NUMBERS - 4.0, area.top + self.row * 0.58);
             drawing.label(text, SMALL.min(self.row * 0.7), at, Align::Right, ColorRole::Soft);
         }
@@ -248,7 +248,10 @@ fn shade(share: f32) -> f32 {
     if share < 1e-5 {
         0.0
     } else {
-        ((share - 1e-4) * SHADES).ceil().max(SHADES * FAINTEST) / SHADES
+        ((share - 1e-4) * SHADE_COUNT)
+            .ceil()
+            .max(SHADE_COUNT * FAINTEST_SHADE)
+            / SHADE_COUNT
     }
 }
 
@@ -260,6 +263,6 @@ mod tests {
     fn columns_of_one_shade_are_one_bar_and_short_states_are_visible() {
         let shares = [0.0, 1.0, 1.0, 0.999_99, 0.01, 0.0, 0.5];
         let runs: Vec<_> = runs(shares.into_iter()).collect();
-        assert_eq!(runs, [(1, 4, 1.0), (4, 5, FAINTEST), (6, 7, 0.5)]);
+        assert_eq!(runs, [(1, 4, 1.0), (4, 5, FAINTEST_SHADE), (6, 7, 0.5)]);
     }
 }

@@ -9,10 +9,10 @@ use super::{Area, SMALL, TEXT};
 use crate::analysis::{ColumnRange, Columns, Series, Trace};
 
 /// Height of the legend above a chart, and distance between two charts, units.
-const LEGEND: f32 = 26.0;
-const BETWEEN: f32 = 16.0;
+const LEGEND_HEIGHT: f32 = 26.0;
+const CHART_GAP: f32 = 16.0;
 /// Width of a legend entry without its name, units.
-const SIGN: f32 = 36.0;
+const LEGEND_SIGN_WIDTH: f32 = 36.0;
 
 /// Draws one chart per unit, one above the other.
 pub(crate) fn charts(drawing: &mut Drawing, area: Area, columns: Columns, traces: &[(Series, Trace)]) {
@@ -27,7 +27,7 @@ pub(crate) fn charts(drawing: &mut Drawing, area: Area, columns: Columns, traces
     for (place, (unit, numbers)) in units.into_iter().enumerate() {
         let part = Area {
             top: area.top + place as f32 * height,
-            height: height - BETWEEN,
+            height: height - CHART_GAP,
             ..area
         };
         chart(drawing, part, columns, traces, &numbers, unit);
@@ -83,28 +83,34 @@ fn legend(
     numbers_of: &[usize],
     unit: &str,
 ) -> f32 {
-    let (mut x, mut y) = (area.left, area.top + LEGEND / 2.0);
+    let (mut x, mut y) = (area.left, area.top + LEGEND_HEIGHT / 2.0);
     for number in numbers_of {
         let (series, trace) = &traces[*number];
         let name = match unit {
             "" => series.name.clone(),
             unit => format!("{} [{unit}]", series.name),
         };
-        let name = drawing.fitted(&name, TEXT, area.width - SIGN);
+        let name = drawing.fitted(&name, TEXT, area.width - LEGEND_SIGN_WIDTH);
         let range = trace.range().map_or(String::new(), |(least, greatest)| {
             format!("  {} to {}", axis::number(least), axis::number(greatest))
         });
         let text = format!("{name}{range}");
-        let width = SIGN + drawing.width(&text, TEXT) + 20.0;
+        let width = LEGEND_SIGN_WIDTH + drawing.width(&text, TEXT) + 20.0;
         if x > area.left && x + width > area.right() {
-            (x, y) = (area.left, y + LEGEND);
+            (x, y) = (area.left, y + LEGEND_HEIGHT);
         }
         let sign = LineStyle::new(ColorRole::Of(*number), 4.0);
-        drawing.polyline(&[(x, y), (x + SIGN - 12.0, y)], sign);
-        drawing.label(&text, TEXT, (x + SIGN - 4.0, y), Align::Left, ColorRole::Ink);
+        drawing.polyline(&[(x, y), (x + LEGEND_SIGN_WIDTH - 12.0, y)], sign);
+        drawing.label(
+            &text,
+            TEXT,
+            (x + LEGEND_SIGN_WIDTH - 4.0, y),
+            Align::Left,
+            ColorRole::Ink,
+        );
         x += width;
     }
-    y - area.top + LEGEND / 2.0 + 2.0
+    y - area.top + LEGEND_HEIGHT / 2.0 + 2.0
 }
 
 /// Draws a small chart without text: a line within a range, and a horizontal line at the nominal value.

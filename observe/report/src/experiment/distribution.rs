@@ -8,17 +8,17 @@ use super::{Distribution, DistributionRow};
 use crate::chart::{SMALL, axis_numbers};
 
 /// Width of a drawing, units: half of a wide page, so that its texts are readable on a narrow one.
-const WIDTH: f32 = 560.0;
+const DRAWING_WIDTH: f32 = 560.0;
 /// Margin on either side, for half a number of the axis, units.
-const MARGIN: f32 = 24.0;
+const SIDE_MARGIN: f32 = 24.0;
 /// Heights of a row's name, of its bars, and of its median's interval with the gap below, units.
-const NAME: f32 = 22.0;
-const BARS: f32 = 52.0;
-const INTERVAL: f32 = 18.0;
+const NAME_HEIGHT: f32 = 22.0;
+const BARS_HEIGHT: f32 = 52.0;
+const INTERVAL_HEIGHT: f32 = 18.0;
 /// Height of the axis, units.
-const AXIS: f32 = 26.0;
+const AXIS_HEIGHT: f32 = 26.0;
 /// Bars of a histogram, at most.
-const BINS: usize = 40;
+const MAX_BINS: usize = 40;
 /// Most rows of a drawing; the table has the others.
 const MAX_ROWS: usize = 12;
 
@@ -64,17 +64,24 @@ pub(super) fn distributions(all: &[Distribution]) -> Option<Markup> {
 
 fn draw(distribution: &Distribution, scale: &Scale) -> Drawing {
     let rows = &distribution.rows[..distribution.rows.len().min(MAX_ROWS)];
-    let row_height = NAME + BARS + INTERVAL;
+    let row_height = NAME_HEIGHT + BARS_HEIGHT + INTERVAL_HEIGHT;
     let bottom = row_height * rows.len() as f32;
-    let mut drawing = Drawing::new(WIDTH, bottom + AXIS);
+    let mut drawing = Drawing::new(DRAWING_WIDTH, bottom + AXIS_HEIGHT);
     // Numbers of an axis along a line need about twice the room of those of an upright one.
-    for (value, text) in axis_numbers(scale.least, scale.greatest, (WIDTH - 2.0 * MARGIN) / 2.0) {
+    for (value, text) in axis_numbers(
+        scale.least,
+        scale.greatest,
+        (DRAWING_WIDTH - 2.0 * SIDE_MARGIN) / 2.0,
+    ) {
         let x = scale.at(value).floor() + 0.5;
-        drawing.polyline(&[(x, NAME), (x, bottom)], LineStyle::new(ColorRole::Grid, 1.0));
+        drawing.polyline(
+            &[(x, NAME_HEIGHT), (x, bottom)],
+            LineStyle::new(ColorRole::Grid, 1.0),
+        );
         drawing.label(
             &text,
             SMALL,
-            (x, bottom + AXIS / 2.0),
+            (x, bottom + AXIS_HEIGHT / 2.0),
             Align::Middle,
             ColorRole::Soft,
         );
@@ -89,21 +96,21 @@ fn draw_row(drawing: &mut Drawing, row: &DistributionRow, scale: &Scale, top: f3
     let total = row.passed.len() + row.others.len();
     let count = counted(total as u64, "drive");
     let font = Font::default();
-    let room = WIDTH - 2.0 * MARGIN - font.width(&count, SMALL) - 12.0;
-    let (middle, baseline) = (top + NAME / 2.0, top + NAME + BARS);
+    let room = DRAWING_WIDTH - 2.0 * SIDE_MARGIN - font.width(&count, SMALL) - 12.0;
+    let (middle, baseline) = (top + NAME_HEIGHT / 2.0, top + NAME_HEIGHT + BARS_HEIGHT);
     let name = font.fitted(&row.name, SMALL, room);
     drawing.note((name != row.name).then(|| row.name.clone()));
-    drawing.label(&name, SMALL, (MARGIN, middle), Align::Left, ColorRole::Ink);
+    drawing.label(&name, SMALL, (SIDE_MARGIN, middle), Align::Left, ColorRole::Ink);
     drawing.note(None);
-    let right = WIDTH - MARGIN;
+    let right = DRAWING_WIDTH - SIDE_MARGIN;
     drawing.label(&count, SMALL, (right, middle), Align::Right, ColorRole::Soft);
     bars(drawing, row, scale, baseline);
     drawing.polyline(
-        &[(MARGIN, baseline), (right, baseline)],
+        &[(SIDE_MARGIN, baseline), (right, baseline)],
         LineStyle::new(ColorRole::Edge, 1.0),
     );
     if let Some([median, low, high]) = row.median {
-        let y = baseline + INTERVAL / 2.0 - 2.0;
+        let y = baseline + INTERVAL_HEIGHT / 2.0 - 2.0;
         let line = LineStyle::new(ColorRole::Ink, 3.0);
         drawing.polyline(&[(scale.at(low), y), (scale.at(high), y)], line);
         let x = scale.at(median);
@@ -111,7 +118,7 @@ fn draw_row(drawing: &mut Drawing, row: &DistributionRow, scale: &Scale, top: f3
             LineStyle::new(ColorRole::Paper, 4.0),
             LineStyle::new(ColorRole::Ink, 2.0),
         ] {
-            drawing.polyline(&[(x, baseline - BARS), (x, y + 4.0)], line);
+            drawing.polyline(&[(x, baseline - BARS_HEIGHT), (x, y + 4.0)], line);
         }
     }
 }
@@ -121,11 +128,11 @@ fn bars(drawing: &mut Drawing, row: &DistributionRow, scale: &Scale, baseline: f
     let [passed, others] = [&row.passed, &row.others].map(|values| scale.count(values));
     let sums = passed.iter().zip(&others).map(|(passed, others)| passed + others);
     let most = sums.max().unwrap_or(0).max(1) as f32;
-    let width = (WIDTH - 2.0 * MARGIN) / scale.bins as f32;
-    let height = |count: usize| BARS * count as f32 / most;
+    let width = (DRAWING_WIDTH - 2.0 * SIDE_MARGIN) / scale.bins as f32;
+    let height = |count: usize| BARS_HEIGHT * count as f32 / most;
     let mut draw = |counts: &[usize], below: &dyn Fn(usize) -> usize, tone: ColorRole| {
         for (bin, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-            let left = MARGIN + bin as f32 * width;
+            let left = SIDE_MARGIN + bin as f32 * width;
             let top = baseline - height(below(bin) + count);
             drawing.bar((left + 0.5, top), width - 1.0, height(*count), tone);
         }
@@ -145,7 +152,7 @@ impl Scale {
         let least = values().reduce(f64::min)?;
         let greatest = values().reduce(f64::max)?;
         // A bar for each number, if they are few and whole.
-        if greatest - least < BINS as f64 && values().all(|value| value.fract() == 0.0) {
+        if greatest - least < MAX_BINS as f64 && values().all(|value| value.fract() == 0.0) {
             return Some(Self {
                 least: least - 0.5,
                 greatest: greatest + 0.5,
@@ -162,7 +169,7 @@ impl Scale {
         (greatest - least).is_finite().then_some(Self {
             least,
             greatest,
-            bins: BINS,
+            bins: MAX_BINS,
         })
     }
 
@@ -171,7 +178,7 @@ impl Scale {
     }
 
     fn at(&self, value: f64) -> f32 {
-        MARGIN + (WIDTH - 2.0 * MARGIN) * self.share(value) as f32
+        SIDE_MARGIN + (DRAWING_WIDTH - 2.0 * SIDE_MARGIN) * self.share(value) as f32
     }
 
     fn count(&self, values: &[f64]) -> Vec<usize> {
@@ -210,7 +217,10 @@ mod tests {
             assert_eq!(counted, finite.clone().count(), "{values:?}");
             for value in finite {
                 let x = scale.at(*value);
-                assert!((MARGIN..=WIDTH - MARGIN).contains(&x), "{value}: {x}");
+                assert!(
+                    (SIDE_MARGIN..=DRAWING_WIDTH - SIDE_MARGIN).contains(&x),
+                    "{value}: {x}"
+                );
             }
         }
     }

@@ -10,16 +10,16 @@ use super::FailedDrive;
 /// The number of drives that are shown in full: more than anybody looks at in one page.
 pub const IN_FULL: usize = 50;
 /// The number of drives that have a row: a page of ten thousand opens slowly.
-const ROWS: usize = 1_000;
+const MAX_ROWS: usize = 1_000;
 /// The size of a map of a drive, units: half of a wide page, so that its texts are readable on a narrow one.
-const MAP: (f32, f32) = (680.0, 560.0);
+const DRIVE_MAP_SIZE: (f32, f32) = (680.0, 560.0);
 
 pub(super) fn failures(drives: &[FailedDrive]) -> Option<Markup> {
     if drives.is_empty() {
         return None;
     }
     let (full, others) = drives.split_at(drives.len().min(IN_FULL));
-    let (rows, left_out) = others.split_at(others.len().min(ROWS));
+    let (rows, left_out) = others.split_at(others.len().min(MAX_ROWS));
     Some(html! {
         @for drive in full { (in_full(drive)) }
         @if !rows.is_empty() {
@@ -71,7 +71,7 @@ fn in_full(drive: &FailedDrive) -> Markup {
 }
 
 fn figure(number: usize, path: &DriveMap) -> Markup {
-    let drawing = map::draw_within_page(path, MAP.0, MAP.1);
+    let drawing = map::draw_within_page(path, DRIVE_MAP_SIZE.0, DRIVE_MAP_SIZE.1);
     let label = format!("The path of drive {number} until it failed");
     html! { figure.map { (PreEscaped(drawing.svg(&label, &format!("f{number}-")))) } }
 }

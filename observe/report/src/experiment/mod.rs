@@ -19,7 +19,7 @@ pub use failures::IN_FULL;
 const STYLE: &str = include_str!("style.css");
 
 /// The size of a map of failures, units.
-const MAP: (f32, f32) = (760.0, 620.0);
+const FAILURE_MAP_SIZE: (f32, f32) = (760.0, 620.0);
 
 /// Renders the page. The same report gives the same page.
 #[must_use]
@@ -114,7 +114,7 @@ fn places(maps: &[FailureMap]) -> Option<Markup> {
     Some(html! {
         p.note { "A dot is the place of a robot when the first property of its drive failed. The more of them are in a cell, the stronger is its colour." }
         @for (number, map) in maps.into_iter().enumerate() {
-            @let drawing = map::draw_failures(&map.ground, &map.places, MAP.0, MAP.1);
+            @let drawing = map::draw_failures(&map.ground, &map.places, FAILURE_MAP_SIZE.0, FAILURE_MAP_SIZE.1);
             @let label = format!("Where {} of {} failed", counted(map.places.len() as u64, "drive"), map.title);
             figure.map {
                 figcaption { (map.title) " " small { (counted(map.places.len() as u64, "drive")) } }

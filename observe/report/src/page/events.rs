@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::{Page, at, counted};
 
 /// A table with more rows is collapsed.
-const UNFOLDED: usize = 40;
+const MAX_UNFOLDED_ROWS: usize = 40;
 
 pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
     let events = &page.analysis.events;
@@ -19,7 +19,7 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
     let kinds: Vec<_> = kinds.collect();
     Some(html! {
         p.note { (kinds.join(" · ")) }
-        details open[count <= UNFOLDED] {
+        details open[count <= MAX_UNFOLDED_ROWS] {
             summary { (counted(count as u64 + events.list.left_out, "event")) }
             @if events.list.left_out > 0 {
                 p.note { "The first and the last are shown; " (counted(events.list.left_out, "event")) " between are only counted." }

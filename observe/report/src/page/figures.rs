@@ -8,11 +8,11 @@ use super::Page;
 use crate::chart::{self, Area, Bands};
 
 /// Width of the bands' drawing, units: that of the page at its widest.
-const WIDTH: f32 = 1200.0;
+const BANDS_WIDTH: f32 = 1200.0;
 /// Greatest height of all bands, units.
 const MAX_HEIGHT: f32 = 6000.0;
 /// Height below the bands for the times, units.
-const TIMES: f32 = 28.0;
+const TIMES_HEIGHT: f32 = 28.0;
 
 pub(super) fn path(page: &Page<'_>) -> Option<Markup> {
     let drive = &page.analysis.ending.drive;
@@ -39,10 +39,10 @@ pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
     let area = Area {
         left: chart::NAMES,
         top: 0.0,
-        width: WIDTH - chart::NAMES - chart::NUMBERS,
+        width: BANDS_WIDTH - chart::NAMES - chart::NUMBERS,
         height: bands.height(),
     };
-    let mut drawing = Drawing::new(WIDTH, area.height + TIMES);
+    let mut drawing = Drawing::new(BANDS_WIDTH, area.height + TIMES_HEIGHT);
     chart::time_grid(&mut drawing, area, analysis.columns);
     bands.draw(&mut drawing, area, &page.palette);
     chart::time_axis(&mut drawing, area, analysis.columns);
@@ -54,7 +54,7 @@ pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
             "switch. The numbers on the right are the share of time as WINNER."
             @if bands.left_out > 0 { " " (bands.left_out) " rows are not shown: schemas that were never awake, and rows beyond the height of a page." }
         }
-        figure id="bands" data-from=(from) data-to=(to) data-left=(area.left / WIDTH) data-right=(area.right() / WIDTH) {
+        figure id="bands" data-from=(from) data-to=(to) data-left=(area.left / BANDS_WIDTH) data-right=(area.right() / BANDS_WIDTH) {
             (PreEscaped(drawing.svg("States of all schemas over time", "b")))
         }
     })

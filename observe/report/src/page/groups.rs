@@ -9,7 +9,7 @@ use crate::analysis::{ChatterStatistics, GroupStatistics};
 use crate::chart;
 
 /// Most pairs listed for a group.
-const PAIRS: usize = 5;
+const MAX_PAIRS: usize = 5;
 
 pub(super) fn groups(page: &Page<'_>) -> Option<Markup> {
     let analysis = page.analysis;
@@ -80,13 +80,13 @@ fn group_rows(page: &Page<'_>, group: usize) -> Markup {
                 td {}
                 td colspan="9" {
                     small { "took over from each other: " }
-                    @for (place, pair) in pairs.iter().take(PAIRS).enumerate() {
+                    @for (place, pair) in pairs.iter().take(MAX_PAIRS).enumerate() {
                         @if place > 0 { " · " }
                         (page.schema(&pair.first_schema)) " ⇄ " (page.schema(&pair.second_schema)) " "
                         (counted(pair.switches, "time"))
                         small { " (" (format!("{:.2}", pair.switches as f64 / page.analysis.columns.seconds())) " a second)" }
                     }
-                    @if pairs.len() > PAIRS { small { " and " (counted((pairs.len() - PAIRS) as u64, "other pair")) } }
+                    @if pairs.len() > MAX_PAIRS { small { " and " (counted((pairs.len() - MAX_PAIRS) as u64, "other pair")) } }
                 }
             }
         }

@@ -19,7 +19,7 @@ use crate::document::Document;
 const SCRIPT: &str = include_str!("script.js");
 
 /// Most columns of time on a page: two per pixel of common screens, so that the page can be enlarged.
-const COLUMNS: usize = 2400;
+const MAX_COLUMNS: usize = 2400;
 /// Most columns of all schemas together, so that a page with a thousand schemas still opens.
 const ALL_COLUMNS: usize = 600_000;
 
@@ -32,7 +32,7 @@ struct Page<'t> {
 /// The number of time columns for the page of a recording with this many schemas.
 #[must_use]
 pub fn columns(schemas: usize) -> usize {
-    (ALL_COLUMNS / schemas.max(1)).clamp(300, COLUMNS)
+    (ALL_COLUMNS / schemas.max(1)).clamp(300, MAX_COLUMNS)
 }
 
 /// Renders the page. `file` is the displayed name of the recording.

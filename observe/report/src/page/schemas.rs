@@ -10,7 +10,7 @@ use crate::analysis::SchemaTiming;
 use crate::chart::{self, Area};
 
 /// Size of a small chart, units.
-const CHART: (f32, f32) = (190.0, 34.0);
+const CHART_SIZE: (f32, f32) = (190.0, 34.0);
 
 pub(super) fn schemas(page: &Page<'_>) -> Option<Markup> {
     let analysis = page.analysis;
@@ -99,12 +99,12 @@ fn load(page: &Page<'_>, schema: usize) -> String {
 fn periods(work: &SchemaTiming, configured: Option<f64>) -> Option<Drawing> {
     let (least, greatest) = work.over_time.range()?;
     let top = greatest.max(configured.unwrap_or(0.0)) * 1.1;
-    let mut drawing = Drawing::new(CHART.0, CHART.1);
+    let mut drawing = Drawing::new(CHART_SIZE.0, CHART_SIZE.1);
     let area = Area {
         left: 0.5,
         top: 0.5,
-        width: CHART.0 - 1.0,
-        height: CHART.1 - 1.0,
+        width: CHART_SIZE.0 - 1.0,
+        height: CHART_SIZE.1 - 1.0,
     };
     let style = LineStyle::new(ColorRole::Of(0), 1.2);
     // The axis begins at 0, unless that would hide the variation.

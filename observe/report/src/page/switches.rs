@@ -9,7 +9,7 @@ use super::{Page, at, counted};
 use crate::chart;
 
 /// A table with more rows is collapsed.
-const UNFOLDED: usize = 60;
+const MAX_UNFOLDED_ROWS: usize = 60;
 
 pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
     let switches = &page.analysis.switches;
@@ -26,7 +26,7 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
             output {}
             span.note { "or drag over the bands above to select a time" }
         }
-        details open[count <= UNFOLDED] {
+        details open[count <= MAX_UNFOLDED_ROWS] {
             summary { (counted(all, "switch")) }
             div.scroll {
                 table {

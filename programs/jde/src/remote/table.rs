@@ -8,7 +8,7 @@ use jde_terminal::escape::escape;
 use jde_terminal::{FAINT, Style};
 
 /// The space between two columns.
-const GAP: usize = 2;
+const COLUMN_GAP: usize = 2;
 
 /// The alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,7 @@ impl Table {
         let others: usize = self.widths()[..last]
             .iter()
             .flatten()
-            .map(|width| width + GAP)
+            .map(|width| width + COLUMN_GAP)
             .sum();
         let room = room(self.indent + others);
         for cell in self.rows.iter_mut().filter_map(|row| row.get_mut(last)) {
@@ -133,9 +133,9 @@ impl Table {
                 if !text.is_empty() {
                     // Write spaces only before text, so that no line ends in spaces.
                     write!(output, "{}{style}{text}{style:#}", " ".repeat(gap + before))?;
-                    gap = after + GAP;
+                    gap = after + COLUMN_GAP;
                 } else {
-                    gap += width + GAP;
+                    gap += width + COLUMN_GAP;
                 }
             }
             writeln!(output)?;

@@ -17,7 +17,7 @@ use super::state::PlaybackState;
 use crate::failure::Failure;
 
 /// The longest wait before the position is updated if there are no messages.
-const TICK: Duration = Duration::from_millis(50);
+const POSITION_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The controls of the player.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,7 +168,7 @@ impl Player {
                 continue;
             }
             if controls.paused && controls.steps == 0 {
-                self.changed.wait_for(&mut controls, TICK);
+                self.changed.wait_for(&mut controls, POSITION_INTERVAL);
                 let speed = controls.speed;
                 clock = PlaybackClock::new(self.position(), Instant::now(), speed);
                 continue;
@@ -197,7 +197,7 @@ impl Player {
                 if due > now {
                     self.position.store(now, Ordering::Relaxed);
                     self.changed
-                        .wait_for(&mut controls, clock.time_until(now, due).min(TICK));
+                        .wait_for(&mut controls, clock.time_until(now, due).min(POSITION_INTERVAL));
                     continue;
                 }
             }

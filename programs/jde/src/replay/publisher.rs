@@ -21,7 +21,7 @@ const MAX_TOPICS: u64 = 4096;
 /// What a variable takes besides its values: its description, and what the link keeps of it, in bytes.
 const VARIABLE_BYTES: usize = 16 << 10;
 /// How often the memory of a variable has room for a value: its readers, its writer, and what the board adds.
-const ROOMS: usize = MAX_READERS + 3;
+const VALUE_SLOTS: usize = MAX_READERS + 3;
 
 /// The variables with their writers, and the panels.
 pub(super) struct Publisher {
@@ -64,7 +64,7 @@ impl Publisher {
                     recorded
                         .value_type
                         .bytes
-                        .saturating_mul(ROOMS)
+                        .saturating_mul(VALUE_SLOTS)
                         .saturating_add(VARIABLE_BYTES),
                 )
                 .is_err()

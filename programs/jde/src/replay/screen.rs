@@ -17,7 +17,7 @@ use ratatui::widgets::{Gauge, Paragraph};
 use super::player::Player;
 
 /// Time between two redraws.
-const REDRAW: Duration = Duration::from_millis(50);
+const REDRAW_INTERVAL: Duration = Duration::from_millis(50);
 /// How far the arrow keys seek.
 const SEEK_STEP: Nanos = 5_000_000_000;
 
@@ -29,7 +29,7 @@ pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
     terminal::with_screen(|terminal| {
         while !player.is_stopped() {
             terminal.draw(|frame| draw(frame, player, title))?;
-            let redraw = Instant::now() + REDRAW;
+            let redraw = Instant::now() + REDRAW_INTERVAL;
             if let Some(key) = terminal.read_key(redraw)? {
                 let ctrl_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
                 if ctrl_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {

@@ -12,7 +12,7 @@ use super::index::{Index, IndexEntry};
 use crate::failure::Failure;
 
 /// Number of times at which the hierarchy is kept. Going back reads up to two of the intervals between them.
-const CHECKPOINTS: Nanos = 64;
+const CHECKPOINT_COUNT: Nanos = 64;
 /// Number of lines kept: as many as the link keeps of all three kinds together.
 const MAX_RECENT: usize = 3000;
 
@@ -34,7 +34,7 @@ impl PlaybackState {
     pub(super) fn new(index: &Index) -> Self {
         Self {
             checkpoints: BTreeMap::from([(0, Arc::new(index.initial.clone()))]),
-            interval: (index.end / CHECKPOINTS).max(1),
+            interval: (index.end / CHECKPOINT_COUNT).max(1),
             last: 0,
             timeline: index.initial.clone(),
             recent: VecDeque::new(),
@@ -172,7 +172,7 @@ mod tests {
             let newest = playback.recent().next().map(RunRecord::time);
             assert_eq!(newest, number.checked_sub(1).map(|last| last * 10_000_000));
             let (checkpoints, recent) = playback.in_memory();
-            assert!(checkpoints as u64 <= CHECKPOINTS + 1 && recent <= MAX_RECENT);
+            assert!(checkpoints as u64 <= CHECKPOINT_COUNT + 1 && recent <= MAX_RECENT);
         }
     }
 }

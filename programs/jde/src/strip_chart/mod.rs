@@ -14,9 +14,9 @@ use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 use traces::Traces;
 
 /// Time between two redraws.
-const REDRAW: Duration = Duration::from_millis(50);
+const REDRAW_INTERVAL: Duration = Duration::from_millis(50);
 /// The spans of time that the picture can show, s.
-const WINDOWS: [f64; 7] = [2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0];
+const WINDOW_SECONDS: [f64; 7] = [2.0, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0];
 
 /// A source of numbers.
 pub(crate) trait NumberSource {
@@ -57,15 +57,16 @@ pub(crate) fn run(title: &str, names: Vec<String>, source: &mut dyn NumberSource
                 return Ok(());
             }
             let status = source.status();
-            terminal.draw(|frame| draw::draw(frame, &traces, title, WINDOWS[window], status.as_deref()))?;
-            let redraw = Instant::now() + REDRAW;
+            terminal
+                .draw(|frame| draw::draw(frame, &traces, title, WINDOW_SECONDS[window], status.as_deref()))?;
+            let redraw = Instant::now() + REDRAW_INTERVAL;
             if let Some(key) = terminal.read_key(redraw)? {
                 match key.code {
                     KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                     KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Ok(()),
                     KeyCode::Char(' ') => traces.pause(),
                     KeyCode::Char('[') => window = window.saturating_sub(1),
-                    KeyCode::Char(']') => window = (window + 1).min(WINDOWS.len() - 1),
+                    KeyCode::Char(']') => window = (window + 1).min(WINDOW_SECONDS.len() - 1),
                     KeyCode::Char('c') => traces.clear(),
                     _ => {}
                 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::mem::take;
 
 /// How long a warning is counted before it is shown again, s.
-const COUNTED: f64 = 60.0;
+const COUNTED_SECONDS: f64 = 60.0;
 /// Most different warnings that are remembered.
 const MAX_KNOWN: usize = 500;
 
@@ -62,7 +62,7 @@ impl Repeats {
         let mut due = Vec::new();
         self.known.retain(|_, warning| {
             // The time is another one when an application begins or ends.
-            if (0.0..COUNTED).contains(&(now - warning.shown)) {
+            if (0.0..COUNTED_SECONDS).contains(&(now - warning.shown)) {
                 return true;
             }
             due.extend(warning.count());

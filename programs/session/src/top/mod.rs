@@ -28,7 +28,7 @@ use view_state::ViewState;
 pub use tree::branches;
 
 /// Time between two redraws: 20 per second look continuous and cost a few per cent of one core.
-const REDRAW: Duration = Duration::from_millis(50);
+const REDRAW_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A running application as the oscilloscope sees it. No call waits. All calls come from the thread of
 /// [`run`].
@@ -117,7 +117,7 @@ pub fn run(app: &dyn ObservedApplication, title: &str) -> io::Result<ExitReason>
                 return Ok(ExitReason::Ended);
             }
             terminal.draw(|frame| draw::draw(frame, &mut screen))?;
-            let redraw = Instant::now() + REDRAW;
+            let redraw = Instant::now() + REDRAW_INTERVAL;
             if let Some(key) = terminal.read_key(redraw)?
                 && let Some(left) = screen.handle_key(app, key)
             {

@@ -13,12 +13,12 @@ use super::view::Transform;
 use crate::style::{self, Style};
 
 /// Points nearer to each other than this are merged, in points of the screen.
-const FINEST: f64 = 0.5;
+const MERGE_DISTANCE: f64 = 0.5;
 /// More points than this are drawn as squares in one mesh.
-const MANY: usize = 1500;
+const MANY_POINTS: usize = 1500;
 /// Minimum length of a drawn robot, in points of the screen.
-const SMALLEST: f64 = 14.0;
-const FONT: f32 = 12.0;
+const MIN_ROBOT_LENGTH: f64 = 14.0;
+const FONT_SIZE: f32 = 12.0;
 
 /// Draws on a plane, in metres.
 pub(crate) struct Draw2d<'a> {
@@ -91,7 +91,7 @@ impl<'a> Draw2d<'a> {
 
     /// Draws single points. Their width is in points of the screen.
     pub(crate) fn points(&self, points: &[[f64; 2]], width: f32, color: Color32) {
-        let cell = f64::from(width / 2.0).max(FINEST);
+        let cell = f64::from(width / 2.0).max(MERGE_DISTANCE);
         let mut occupied = HashSet::new();
         let visible: Vec<Pos2> = points
             .iter()
@@ -102,7 +102,7 @@ impl<'a> Draw2d<'a> {
             })
             .map(round)
             .collect();
-        if visible.len() <= MANY {
+        if visible.len() <= MANY_POINTS {
             let dots = visible
                 .into_iter()
                 .map(|at| Drawn::circle_filled(at, width / 2.0, color));
@@ -141,7 +141,7 @@ impl<'a> Draw2d<'a> {
         let (tail, tip) = (self.place(from), self.place(to));
         let direction = [tip[0] - tail[0], tip[1] - tail[1]];
         let length = direction[0].hypot(direction[1]);
-        if length < FINEST {
+        if length < MERGE_DISTANCE {
             return;
         }
         let ahead = [direction[0] / length, direction[1] / length];
@@ -167,7 +167,7 @@ impl<'a> Draw2d<'a> {
         if !clip::overlaps(at, at, label_bounds) {
             return;
         }
-        let font = FontId::proportional(FONT);
+        let font = FontId::proportional(FONT_SIZE);
         let galley = self.painter.layout_no_wrap(text.to_owned(), font, color);
         let rect = Align2::LEFT_BOTTOM.anchor_size(round(at), galley.size());
         let ground = if self.style.dark {
@@ -185,7 +185,7 @@ impl<'a> Draw2d<'a> {
     pub(crate) fn robot(&self, [x, y, heading]: [f64; 3], outline: &[[f64; 2]]) {
         let (sin, cos) = heading.sin_cos();
         let longest = outline.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
-        let larger = (SMALLEST / (longest * self.transform.scale())).max(1.0);
+        let larger = (MIN_ROBOT_LENGTH / (longest * self.transform.scale())).max(1.0);
         let placed = |[ahead, left]: [f64; 2]| {
             let (ahead, left) = (ahead * larger, left * larger);
             [x + ahead * cos - left * sin, y + ahead * sin + left * cos]
@@ -234,7 +234,7 @@ impl<'a> Draw2d<'a> {
         let back = closed.then_some(first);
         let mut rest = points.chain(back).peekable();
         while let Some(point) = rest.next() {
-            if (point[0] - last[0]).hypot(point[1] - last[1]) < FINEST && rest.peek().is_some() {
+            if (point[0] - last[0]).hypot(point[1] - last[1]) < MERGE_DISTANCE && rest.peek().is_some() {
                 continue;
             }
             match clip::segment(last, point, self.bounds) {

@@ -8,18 +8,18 @@ use super::Transform;
 use crate::style::{self, Style};
 
 /// Minimum distance of numbered lines, in points of the screen.
-const NUMBERS: f64 = 56.0;
+const MIN_NUMBER_DISTANCE: f64 = 56.0;
 /// Minimum distance of lines, in points of the screen.
-const LINES: f64 = 11.0;
-const FONT: f32 = 10.0;
+const MIN_LINE_DISTANCE: f64 = 11.0;
+const FONT_SIZE: f32 = 10.0;
 
 /// Draws the grid over the visible area.
 pub(super) fn draw(painter: &Painter, transform: &Transform, style: &Style) {
     let color = style::color_of(Ink::Faint, style);
-    let coarse = step(NUMBERS / transform.scale());
+    let coarse = step(MIN_NUMBER_DISTANCE / transform.scale());
     let fine = [coarse / 10.0, coarse / 5.0, coarse / 2.0]
         .into_iter()
-        .find(|fine| fine * transform.scale() >= LINES);
+        .find(|fine| fine * transform.scale() >= MIN_LINE_DISTANCE);
     if let Some(fine) = fine {
         lines(
             painter,
@@ -152,7 +152,7 @@ fn write(painter: &Painter, at: Pos2, align: Align2, text: &str, style: &Style, 
         at,
         align,
         text,
-        FontId::proportional(FONT),
+        FontId::proportional(FONT_SIZE),
         style::color_of(color, style),
     );
 }

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::Gestures;
 
 /// Least and greatest scale, in points of the screen per metre: a screen shows from 1 mm to 100 km.
-const SCALES: (f64, f64) = (0.01, 1.0e6);
+const SCALE_RANGE: (f64, f64) = (0.01, 1.0e6);
 /// Fraction of the screen that the home area fills.
-const MARGIN: f64 = 0.92;
+const HOME_SHARE: f64 = 0.92;
 
 /// The user's view of a plane, kept from frame to frame and from one start to the next.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -68,7 +68,7 @@ impl View {
                     f64::midpoint(home.least[0], home.greatest[0]),
                     f64::midpoint(home.least[1], home.greatest[1]),
                 ],
-                scale: (scale * MARGIN).clamp(SCALES.0, SCALES.1),
+                scale: (scale * HOME_SHARE).clamp(SCALE_RANGE.0, SCALE_RANGE.1),
             }
         });
         Transform {
@@ -83,7 +83,7 @@ impl View {
     pub(crate) fn zoom(&mut self, rect: Rect, home: Area, forward_up: bool, at: Pos2, factor: f64) {
         let before = self.transform(rect, home, forward_up);
         let place = before.plane(at);
-        let scale = (before.scale * factor).clamp(SCALES.0, SCALES.1);
+        let scale = (before.scale * factor).clamp(SCALE_RANGE.0, SCALE_RANGE.1);
         let mut after = Transform { scale, ..before };
         let shifted = after.plane(at);
         after.center[0] += place[0] - shifted[0];
@@ -258,10 +258,10 @@ mod tests {
         for _ in 0..200 {
             view.zoom(rect(), HOME, false, rect().center(), 10.0);
         }
-        assert!(view.transform(rect(), HOME, false).scale() <= SCALES.1);
+        assert!(view.transform(rect(), HOME, false).scale() <= SCALE_RANGE.1);
         for _ in 0..200 {
             view.zoom(rect(), HOME, false, rect().center(), 0.1);
         }
-        assert!(view.transform(rect(), HOME, false).scale() >= SCALES.0);
+        assert!(view.transform(rect(), HOME, false).scale() >= SCALE_RANGE.0);
     }
 }

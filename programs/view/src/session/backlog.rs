@@ -7,7 +7,7 @@ use std::sync::Arc;
 use jde_link::Sample;
 
 /// Maximum number of waiting values: those of 40 s at 100 Hz. Readers call more often.
-const MOST: usize = 4096;
+const MAX_WAITING: usize = 4096;
 /// Maximum size of the waiting values, in bytes: about one second of camera images.
 const MOST_BYTES: usize = 16 << 20;
 
@@ -22,7 +22,7 @@ impl Backlog {
     pub(super) fn push(&mut self, sample: Arc<Sample>) {
         self.bytes += size(&sample);
         self.samples.push_back(sample);
-        while self.samples.len() > 1 && (self.samples.len() > MOST || self.bytes > MOST_BYTES) {
+        while self.samples.len() > 1 && (self.samples.len() > MAX_WAITING || self.bytes > MOST_BYTES) {
             if let Some(oldest) = self.samples.pop_front() {
                 self.bytes -= size(&oldest);
             }
@@ -48,11 +48,14 @@ mod tests {
     #[test]
     fn of_too_many_or_too_large_values_the_newest_are_kept() {
         let mut backlog = Backlog::default();
-        for number in 0..2 * MOST as u64 {
+        for number in 0..2 * MAX_WAITING as u64 {
             backlog.push(sample(number, 8));
         }
         let remaining = backlog.take();
-        assert_eq!((remaining.len(), remaining[0].sequence), (MOST, MOST as u64));
+        assert_eq!(
+            (remaining.len(), remaining[0].sequence),
+            (MAX_WAITING, MAX_WAITING as u64)
+        );
         assert!(backlog.take().is_empty());
         for number in 0..100 {
             backlog.push(sample(number, 1 << 20));

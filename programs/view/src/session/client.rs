@@ -12,7 +12,7 @@ use parking_lot::Mutex;
 use crate::stop::StopRequest;
 
 /// Maximum number of notices kept.
-const KEPT: usize = 50;
+const MAX_NOTICES: usize = 50;
 
 /// Why an order failed.
 #[derive(Clone, Debug)]
@@ -103,7 +103,7 @@ fn note(notices: &mut Vec<Notice>, text: String) -> bool {
         last.at = Instant::now();
         return false;
     }
-    if notices.len() == KEPT {
+    if notices.len() == MAX_NOTICES {
         notices.remove(0);
     }
     notices.push(Notice {
@@ -123,10 +123,10 @@ mod tests {
         assert!(note(&mut notices, "refused".to_owned()));
         assert!(!note(&mut notices, "refused".to_owned()));
         assert_eq!(notices.len(), 1);
-        for number in 0..2 * KEPT {
+        for number in 0..2 * MAX_NOTICES {
             assert!(note(&mut notices, number.to_string()));
         }
-        assert_eq!(notices.len(), KEPT);
-        assert_eq!(notices[KEPT - 1].text, (2 * KEPT - 1).to_string());
+        assert_eq!(notices.len(), MAX_NOTICES);
+        assert_eq!(notices[MAX_NOTICES - 1].text, (2 * MAX_NOTICES - 1).to_string());
     }
 }

@@ -7,7 +7,7 @@ use jde_records::RunRecord;
 use jde_records::snapshot::Snapshot;
 
 /// Maximum number of lines that wait for a frame. While the window is hidden, the newest are kept.
-const WAITING: usize = 50_000;
+const MAX_WAITING_LINES: usize = 50_000;
 
 /// The data received since the last frame.
 #[derive(Default)]
@@ -22,7 +22,7 @@ pub(super) struct Inbox {
 
 impl Inbox {
     pub(super) fn push(&mut self, line: RunRecord, missed: u64) {
-        if self.lines.len() == WAITING
+        if self.lines.len() == MAX_WAITING_LINES
             && let Some((_, missed)) = self.lines.pop_front()
         {
             self.dropped += 1 + missed;
@@ -38,10 +38,10 @@ mod tests {
     #[test]
     fn discarded_lines_are_counted_with_the_lines_lost_before_them() {
         let mut inbox = Inbox::default();
-        for number in 0..WAITING as u64 + 3 {
+        for number in 0..MAX_WAITING_LINES as u64 + 3 {
             inbox.push(RunRecord::retracted(0, "goon.command"), number);
         }
         // 0, 1 and 2 lines were lost before the first three.
-        assert_eq!((inbox.lines.len(), inbox.dropped), (WAITING, 3 + 1 + 2));
+        assert_eq!((inbox.lines.len(), inbox.dropped), (MAX_WAITING_LINES, 3 + 1 + 2));
     }
 }

@@ -42,7 +42,7 @@ use crate::window::WindowKind as Window;
 pub(crate) const STEERING: &str = "replay";
 
 /// Maximum number of earlier lines fetched of each kind.
-const EARLIER: usize = 2000;
+const MAX_EARLIER_LINES: usize = 2000;
 
 /// A connection to an application. Only the window's thread uses it, except [`WindowSession::open`].
 pub(crate) struct WindowSession {
@@ -84,7 +84,7 @@ impl WindowSession {
         });
         watching.push({
             let inbox = Arc::clone(&inbox);
-            remote.events(&RecordKind::ALL, EARLIER, move |event| {
+            remote.events(&RecordKind::ALL, MAX_EARLIER_LINES, move |event| {
                 inbox.lock().push(event.record, event.missed);
             })?
         });

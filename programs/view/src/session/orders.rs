@@ -18,9 +18,9 @@ use crate::stop::StopRequest;
 /// A hold that is not renewed for this time is released.
 pub(super) const PATIENCE: Duration = Duration::from_millis(500);
 /// The lease of a hold: after this time without renewal, as of a dead viewer, the application releases it.
-const LEASE: Duration = Duration::from_millis(600);
+const HOLD_LEASE: Duration = Duration::from_millis(600);
 /// Interval between renewals of a lease, and between retries of a refused hold.
-const RENEWED: Duration = Duration::from_millis(150);
+const RENEWAL_INTERVAL: Duration = Duration::from_millis(150);
 
 pub(super) struct Orders {
     orders: Arc<OrderInbox>,
@@ -232,17 +232,17 @@ impl Worker {
     }
 
     /// Sends a new or changed hold, and renews an unchanged one. Skips a schema that refused within
-    /// [`RENEWED`].
+    /// [`RENEWAL_INTERVAL`].
     fn hold(&mut self, action: Action, requested: Instant) {
         let schema = action.schema().to_owned();
-        self.refused.retain(|_, when| when.elapsed() < RENEWED);
+        self.refused.retain(|_, when| when.elapsed() < RENEWAL_INTERVAL);
         if self.refused.contains_key(&schema) {
             return;
         }
         let order = match self.held.get_mut(&schema) {
             Some(held) if held.action == action => {
                 held.requested = requested;
-                if held.sent.elapsed() < RENEWED {
+                if held.sent.elapsed() < RENEWAL_INTERVAL {
                     return;
                 }
                 match action {
@@ -258,7 +258,7 @@ impl Worker {
         let sent = Instant::now();
         if self
             .client
-            .request(self.holder.clone(), order, Some(LEASE))
+            .request(self.holder.clone(), order, Some(HOLD_LEASE))
             .is_ok()
         {
             let held = Lease {

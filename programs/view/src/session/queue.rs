@@ -14,10 +14,10 @@ use super::orders::PATIENCE;
 use crate::stop::StopRequest;
 
 /// An order that waited this long is given up: it may no longer be what the user wants.
-const STALE: Duration = Duration::from_secs(3);
+const GIVE_UP_AFTER: Duration = Duration::from_secs(3);
 /// Minimum interval between two values for one modulation. An application accepts 100 orders a second from
 /// all its windows together.
-const INTERVAL: Duration = Duration::from_millis(50);
+const VALUE_INTERVAL: Duration = Duration::from_millis(50);
 
 /// An order to send.
 #[derive(Debug)]
@@ -107,14 +107,14 @@ impl Queue {
     /// The next order other than a stop.
     pub(super) fn next(&mut self, now: Instant) -> Next {
         self.written
-            .retain(|_, written| now.saturating_duration_since(*written) < INTERVAL);
+            .retain(|_, written| now.saturating_duration_since(*written) < VALUE_INTERVAL);
         let (found, earliest) = self.first_free();
         let Some((order, given)) = found.and_then(|place| self.orders.remove(place)) else {
             return Next::Wait(earliest);
         };
         let waited = now.saturating_duration_since(given);
         match order {
-            Order::Act(action, outcome) if waited >= STALE => Next::Stale(action, outcome),
+            Order::Act(action, outcome) if waited >= GIVE_UP_AFTER => Next::Stale(action, outcome),
             // The hold has ended: it would have been renewed.
             Order::Hold(action) if waited >= PATIENCE => {
                 Next::Send(Order::LetGo(action.schema().to_owned()), given)
@@ -160,7 +160,7 @@ impl Queue {
                 None => return (Some(place), None),
                 Some(written) => {
                     later.insert(order.schema());
-                    let end = *written + INTERVAL;
+                    let end = *written + VALUE_INTERVAL;
                     earliest = Some(earliest.map_or(end, |earliest| earliest.min(end)));
                 }
             }
@@ -406,8 +406,11 @@ mod tests {
         queue.push(act(release), start);
         queue.push(play("vff"), start);
         assert_eq!(sent(&mut queue, start), ["act vff"]);
-        assert!(matches!(queue.next(start), Next::Wait(Some(then)) if then == start + INTERVAL));
-        assert_eq!(sent(&mut queue, start + INTERVAL), ["set goon 2.0", "act goon"]);
+        assert!(matches!(queue.next(start), Next::Wait(Some(then)) if then == start + VALUE_INTERVAL));
+        assert_eq!(
+            sent(&mut queue, start + VALUE_INTERVAL),
+            ["set goon 2.0", "act goon"]
+        );
         assert!(queue.is_empty());
     }
 
@@ -458,7 +461,10 @@ mod tests {
     fn orders_that_waited_too_long_are_discarded_and_stale_holds_are_released() {
         let start = Instant::now();
         let mut queue = queue([play("goon"), hold("base", 1.0), stop("vff")], start);
-        assert_eq!(sent(&mut queue, start + STALE), ["stale goon", "let go base"]);
+        assert_eq!(
+            sent(&mut queue, start + GIVE_UP_AFTER),
+            ["stale goon", "let go base"]
+        );
         assert!(queue.next_stop().is_some(), "a stop is never discarded");
     }
 

@@ -14,7 +14,7 @@ use parking_lot::{Mutex, MutexGuard};
 /// Pause between two searches.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of recordings listed, the newest first.
-const MOST: usize = 200;
+const MAX_RECORDINGS: usize = 200;
 
 /// A search that repeats once a second until dropped.
 pub(crate) struct Discovery(Arc<Mutex<Discovered>>);
@@ -87,11 +87,11 @@ fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], r
     }
 }
 
-/// The recordings in `folders`, the newest first, at most [`MOST`].
+/// The recordings in `folders`, the newest first, at most [`MAX_RECORDINGS`].
 fn files(folders: &[PathBuf]) -> Vec<RecordingFile> {
     let mut files: Vec<RecordingFile> = folders.iter().flat_map(|folder| in_folder(folder)).collect();
     files.sort_by_key(|file| std::cmp::Reverse(file.written));
-    files.truncate(MOST);
+    files.truncate(MAX_RECORDINGS);
     files
 }
 

@@ -13,9 +13,9 @@ use jde_link::Reach;
 pub(crate) use request::{StopRequest, StopTarget};
 
 /// After this time without an answer, the one that owes it is named.
-const PROMPT: Duration = Duration::from_secs(1);
+const ANSWER_EXPECTED: Duration = Duration::from_secs(1);
 /// How often the times that are shown change.
-const TICK: Duration = Duration::from_millis(500);
+const SHOWN_TIME_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Draws the button. Returns whether everything is to be stopped.
 pub(crate) fn button(ui: &mut egui::Ui, target: &StopTarget) -> bool {
@@ -93,7 +93,7 @@ impl Stops {
         if shown.is_empty() {
             return;
         }
-        ui.ctx().request_repaint_after(TICK);
+        ui.ctx().request_repaint_after(SHOWN_TIME_INTERVAL);
         egui::Panel::top("stops").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 if pending
@@ -141,7 +141,7 @@ fn text(request: &StopRequest) -> String {
     let missing: Vec<_> = answers.missing.into_keys().collect();
     match missing.as_slice() {
         [] => format!("Stopping for {} s", waited.as_secs()),
-        missing if waited < PROMPT => format!("Stopping {}", missing.join(", ")),
+        missing if waited < ANSWER_EXPECTED => format!("Stopping {}", missing.join(", ")),
         missing => format!(
             "Stopping: not acknowledged by {} for {} s",
             missing.join(", "),

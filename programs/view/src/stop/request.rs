@@ -10,7 +10,7 @@ use jde_link::{Broadcast, Error, Reach, Remote};
 use parking_lot::{Condvar, Mutex};
 
 /// Pause between two rounds. A round itself takes up to some seconds, where nobody answers.
-const PAUSE: Duration = Duration::from_millis(200);
+const ROUND_PAUSE: Duration = Duration::from_millis(200);
 
 /// Whom it asks.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,7 +125,7 @@ impl StopRequest {
                 answers.acknowledged = Some(Instant::now());
             }
             let waits = |answers: &mut Answers| answers.acknowledged.is_none() && !answers.withdrawn;
-            self.changed.wait_while_for(&mut answers, waits, PAUSE);
+            self.changed.wait_while_for(&mut answers, waits, ROUND_PAUSE);
             drop(answers);
             repaint();
         }

@@ -15,7 +15,7 @@ pub(super) enum TriangleKind {
 }
 
 /// Minimum area in square points for which changing the pipeline is worth it.
-const LARGE: f32 = 2048.0;
+const PIPELINE_CHANGE_AREA: f32 = 2048.0;
 
 /// The triangles of a mesh in their order, as runs with the same pipeline. The ranges are of indices.
 pub(super) fn runs(mesh: &Mesh) -> Vec<(TriangleKind, Range<usize>)> {
@@ -36,7 +36,10 @@ fn triangle_kind(mesh: &Mesh, corners: [&Vertex; 3]) -> TriangleKind {
     let area = ((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)).abs() / 2.0;
     let plain = |corner: &Vertex| corner.uv == WHITE_UV && corner.color.is_opaque();
     // That texture coordinate is white only in the font texture.
-    if area >= LARGE && mesh.texture_id == TextureId::default() && corners.into_iter().all(plain) {
+    if area >= PIPELINE_CHANGE_AREA
+        && mesh.texture_id == TextureId::default()
+        && corners.into_iter().all(plain)
+    {
         TriangleKind::Solid
     } else {
         TriangleKind::Textured

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use jde_types::Body;
 
 /// Number of corners of a round body.
-const CORNERS: u32 = 32;
+const ROUND_CORNERS: u32 = 32;
 /// Radius of the disc that stands for an unknown body, in m.
-const UNKNOWN: f64 = 0.2;
+const UNKNOWN_RADIUS: f64 = 0.2;
 
 /// The corners of a body in its own frame, in m; those of a disc while nobody has published it.
 pub(crate) fn outline(body: Option<&Body>) -> Vec<[f64; 2]> {
@@ -20,16 +20,20 @@ pub(crate) fn outline(body: Option<&Body>) -> Vec<[f64; 2]> {
         return points;
     }
     let is_known = footprint.radius.is_finite() && footprint.radius > 0.0;
-    round(if is_known { footprint.radius } else { UNKNOWN })
+    round(if is_known {
+        footprint.radius
+    } else {
+        UNKNOWN_RADIUS
+    })
 }
 
 /// The corners of a disc.
 pub(crate) fn round(radius: f64) -> Vec<[f64; 2]> {
     let corner = |corner| {
-        let (sin, cos) = (TAU * f64::from(corner) / f64::from(CORNERS)).sin_cos();
+        let (sin, cos) = (TAU * f64::from(corner) / f64::from(ROUND_CORNERS)).sin_cos();
         [radius * cos, radius * sin]
     };
-    (0..CORNERS).map(corner).collect()
+    (0..ROUND_CORNERS).map(corner).collect()
 }
 
 #[cfg(test)]

@@ -2,11 +2,11 @@
 //! point. It draws nothing.
 
 /// Nearer points are merged, in m.
-const STEP: f64 = 0.03;
+const MERGE_DISTANCE: f64 = 0.03;
 /// A larger step starts a new path, in m: the robot was moved, or values were lost.
-const JUMP: f64 = 1.0;
+const NEW_PATH_DISTANCE: f64 = 1.0;
 /// Maximum number of points: a path of at least 300 m before it is thinned.
-const MOST: usize = 10_000;
+const MAX_POINTS: usize = 10_000;
 
 /// The paths that a robot has driven.
 #[derive(Clone, Debug, Default)]
@@ -48,13 +48,13 @@ impl Trail {
             .points
             .last()
             .map(|before| (at[0] - before.at[0]).hypot(at[1] - before.at[1]));
-        if distance.is_some_and(|distance| distance < STEP) {
+        if distance.is_some_and(|distance| distance < MERGE_DISTANCE) {
             return;
         }
-        if self.points.len() == MOST {
+        if self.points.len() == MAX_POINTS {
             self.thin();
         }
-        let begins = distance.is_none_or(|distance| distance > JUMP);
+        let begins = distance.is_none_or(|distance| distance > NEW_PATH_DISTANCE);
         self.points.push(TrailPoint { at, begins });
     }
 
@@ -72,7 +72,7 @@ impl Trail {
             number % 2 == 1 || place.begins
         });
         // A trail that consists of jumps cannot be thinned: the oldest points are removed.
-        let surplus = self.points.len().saturating_sub(MOST / 4 * 3);
+        let surplus = self.points.len().saturating_sub(MAX_POINTS / 4 * 3);
         self.points.drain(..surplus);
     }
 }
@@ -96,7 +96,11 @@ mod tests {
             trail.add(100 + step, [1.0 + 0.5 * step as f64, 0.0]);
         }
         let path = &paths(&trail)[0];
-        assert!(path.len() <= MOST && path.len() > MOST / 4, "{}", path.len());
+        assert!(
+            path.len() <= MAX_POINTS && path.len() > MAX_POINTS / 4,
+            "{}",
+            path.len()
+        );
         assert_eq!((path[0], path[path.len() - 1]), ([1.0, 0.0], [50_000.5, 0.0]));
     }
 
@@ -116,7 +120,10 @@ mod tests {
         for step in 0..100_000_u64 {
             trail.add(9 + step, [10.0 * step as f64, 0.0]);
         }
-        assert!(paths(&trail).len() <= MOST, "a trail of jumps is bounded too");
+        assert!(
+            paths(&trail).len() <= MAX_POINTS,
+            "a trail of jumps is bounded too"
+        );
     }
 
     #[test]

@@ -13,9 +13,9 @@ use crate::start::Discovery;
 use crate::stop::confirmed;
 
 /// How long a notice is shown.
-const SHOWN: Duration = Duration::from_secs(8);
+const NOTICE_SHOWN: Duration = Duration::from_secs(8);
 /// After this time without a snapshot, the application is shown as silent.
-const SILENT: Duration = Duration::from_secs(1);
+const SNAPSHOT_TIMEOUT: Duration = Duration::from_secs(1);
 
 impl Workspace {
     /// Draws the bar. Returns where the user navigates to, if so.
@@ -69,14 +69,14 @@ impl Workspace {
         ui.label(format!("{:.1} s", self.session.now()))
             .on_hover_text("Time of the application since its start.");
         let silent = self.session.silent();
-        if silent > SILENT {
+        if silent > SNAPSHOT_TIMEOUT {
             let text = format!("no news for {} s", silent.as_secs());
             ui.colored_label(ui.visuals().error_fg_color, text).on_hover_text(
                 "It hangs, was suspended, or its network connection is cut. The windows show its last state.",
             );
         }
         // During silence no snapshot triggers a repaint, so this one is scheduled.
-        ui.ctx().request_repaint_after(SILENT / 2);
+        ui.ctx().request_repaint_after(SNAPSHOT_TIMEOUT / 2);
         let unhealthy = self
             .session
             .snapshot()
@@ -119,11 +119,11 @@ impl Workspace {
             .then(|| Navigation::For(Box::new(again.clone())))
     }
 
-    /// The newest notice, for [`SHOWN`] after it occurred.
+    /// The newest notice, for [`NOTICE_SHOWN`] after it occurred.
     fn notice(&self, ui: &mut egui::Ui) {
         let notices = self.session.notices();
         let Some(notice) = notices.last() else { return };
-        let remaining = SHOWN.saturating_sub(notice.at.elapsed());
+        let remaining = NOTICE_SHOWN.saturating_sub(notice.at.elapsed());
         if remaining.is_zero() {
             return;
         }
@@ -168,7 +168,7 @@ impl Workspace {
             text += &format!(", except {}", others.join(", "));
         }
         let silent = self.session.silent();
-        if silent > SILENT || self.session.is_gone() {
+        if silent > SNAPSHOT_TIMEOUT || self.session.is_gone() {
             text += &format!(", as of {} s ago", silent.as_secs());
         }
         egui::Panel::top("stopped").show(ui, |ui| {

@@ -12,12 +12,12 @@ use serde_json::json;
 use crate::session::{OrderOutcome, STEERING, WindowSession};
 use crate::tap::tap;
 
-const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
+const PLAYBACK_SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 
 /// How far from the place of a jump the first position after it is, s of the recording at normal speed.
-const NEAR: f64 = 0.5;
+const JUMP_TOLERANCE: f64 = 0.5;
 /// How long the slider waits for such a position.
-const PATIENCE: Duration = Duration::from_secs(2);
+const JUMP_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The state of the bar.
 #[derive(Default)]
@@ -37,7 +37,7 @@ struct Seek {
 
 impl Seek {
     /// Whether the recording has jumped or refused to. A position of before may come after the order was accepted,
-    /// so only one as far from the place as is played between two positions ends the jump; or [`PATIENCE`], if the
+    /// so only one as far from the place as is played between two positions ends the jump; or [`JUMP_TIMEOUT`], if the
     /// recording was told to jump elsewhere meanwhile.
     fn is_over(&mut self, position: f64, speed: f64, now: Instant) -> bool {
         match self.outcome.get() {
@@ -45,7 +45,8 @@ impl Seek {
             Some(Err(_)) => true,
             Some(Ok(())) => {
                 let accepted = *self.accepted.get_or_insert(now);
-                (position - self.place).abs() <= NEAR * speed.max(1.0) || now - accepted > PATIENCE
+                (position - self.place).abs() <= JUMP_TOLERANCE * speed.max(1.0)
+                    || now - accepted > JUMP_TIMEOUT
             }
         }
     }
@@ -89,7 +90,7 @@ impl SeekBar {
                 .selected_text(format!("{speed} x"))
                 .width(64.0)
                 .show_ui(ui, |ui| {
-                    for choice in SPEEDS {
+                    for choice in PLAYBACK_SPEEDS {
                         if ui
                             .selectable_label(speed == choice, format!("{choice} x"))
                             .clicked()
@@ -197,7 +198,7 @@ mod tests {
             "it is played at ten times the speed"
         );
         assert!(
-            seek.is_over(52.0, 1.0, now + PATIENCE * 2),
+            seek.is_over(52.0, 1.0, now + JUMP_TIMEOUT * 2),
             "it was told to jump elsewhere"
         );
         let refused = OrderOutcome::default();

@@ -32,7 +32,7 @@ use super::drafts::{MAX_NAME_LENGTH, is_legal, is_legal_name};
 pub(super) use read::read;
 
 /// The default age at which an imported value expires, ns.
-const STALE: Nanos = 1_000_000_000;
+const DEFAULT_STALE: Nanos = 1_000_000_000;
 
 /// Which peers an application admits, and which it connects to. Paths are absolute.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,7 +119,7 @@ impl Link {
             access: Access::default(),
             login: None,
             tls: None,
-            stale_ns: STALE,
+            stale_ns: DEFAULT_STALE,
             insecure: false,
             off: false,
         }

@@ -46,19 +46,19 @@ use crate::shared::Shared;
 use crate::sync::{AtomicU64, Ordering, relax};
 
 const LINE_WORDS: usize = 8;
-const HEAD: usize = 0;
-const GRANTS: usize = LINE_WORDS;
+const HEAD_WORD: usize = 0;
+const GRANT_WORDS: usize = LINE_WORDS;
 
 // Words of a slot's line.
-const USE: usize = 0;
-const SEQUENCE: usize = 1;
-const TIME: usize = 2;
-const WRITER: usize = 3;
+const USE_WORD: usize = 0;
+const SEQUENCE_WORD: usize = 1;
+const TIME_WORD: usize = 2;
+const WRITER_WORD: usize = 3;
 const VALID_UNTIL: usize = 4;
 
-const FREE: u64 = 0;
-const OWNED: u64 = 1 << 32;
-const PIN: u64 = 1;
+const FREE_SLOT: u64 = 0;
+const OWNED_SLOT: u64 = 1 << 32;
+const ONE_PIN: u64 = 1;
 
 const SLOT_BITS: u32 = 12;
 const SEQUENCE_BITS: u32 = 32;
@@ -110,8 +110,8 @@ impl Pinned {
             slots,
         };
         // The head is 0, so it names slot 0 and owns it.
-        cell.line(0)[USE].store(OWNED, Ordering::Relaxed);
-        cell.line(0)[WRITER].store(u64::from(u32::MAX), Ordering::Relaxed);
+        cell.line(0)[USE_WORD].store(OWNED_SLOT, Ordering::Relaxed);
+        cell.line(0)[WRITER_WORD].store(u64::from(u32::MAX), Ordering::Relaxed);
         cell.line(0)[VALID_UNTIL].store(u64::MAX, Ordering::Relaxed);
         cell
     }
@@ -120,11 +120,11 @@ impl Pinned {
     pub fn claim(&self) -> Claim {
         loop {
             for slot in 0..self.slots {
-                let word = &self.line(slot)[USE];
+                let word = &self.line(slot)[USE_WORD];
                 // Acquire: accesses by readers and the last owner come before those of the new owner.
-                if word.load(Ordering::Relaxed) == FREE
+                if word.load(Ordering::Relaxed) == FREE_SLOT
                     && word
-                        .compare_exchange(FREE, OWNED, Ordering::Acquire, Ordering::Relaxed)
+                        .compare_exchange(FREE_SLOT, OWNED_SLOT, Ordering::Acquire, Ordering::Relaxed)
                         .is_ok()
                 {
                     return Claim(slot);
@@ -150,8 +150,8 @@ impl Pinned {
         let slot = claim.0;
         // Release, for `newest`, which reads without a pin.
         let line = self.line(slot);
-        line[TIME].store(time, Ordering::Release);
-        line[WRITER].store(u64::from(writer), Ordering::Release);
+        line[TIME_WORD].store(time, Ordering::Release);
+        line[WRITER_WORD].store(u64::from(writer), Ordering::Release);
         line[VALID_UNTIL].store(valid_until, Ordering::Release);
         let mut head = self.head().load(Ordering::Acquire);
         loop {
@@ -163,10 +163,10 @@ impl Pinned {
             let newest = slot_of(head);
             // Correct if the swap succeeds: then the slot was the newest all the time, and its sequence did
             // not change.
-            let sequence = self.line(newest)[SEQUENCE]
+            let sequence = self.line(newest)[SEQUENCE_WORD]
                 .load(Ordering::Relaxed)
                 .wrapping_add(1);
-            line[SEQUENCE].store(sequence, Ordering::Release);
+            line[SEQUENCE_WORD].store(sequence, Ordering::Release);
             // Sequentially consistent, for `Notifier::notify_all`, which then checks for waiting threads.
             match self.head().compare_exchange_weak(
                 head,
@@ -194,7 +194,7 @@ impl Pinned {
         // Relaxed: only a guess, which the second read confirms or corrects.
         let mut slot = slot_of(self.head().load(Ordering::Relaxed));
         loop {
-            self.line(slot)[USE].fetch_add(PIN, Ordering::Acquire);
+            self.line(slot)[USE_WORD].fetch_add(ONE_PIN, Ordering::Acquire);
             let newest = slot_of(self.head().load(Ordering::Acquire));
             if newest == slot {
                 return Pin(slot);
@@ -218,7 +218,7 @@ impl Pinned {
     /// Releases a value.
     #[inline]
     pub fn unpin(&self, pin: Pin) {
-        self.line(pin.0)[USE].fetch_sub(PIN, Ordering::Release);
+        self.line(pin.0)[USE_WORD].fetch_sub(ONE_PIN, Ordering::Release);
     }
 
     /// Returns the number and the stamp of a pinned value.
@@ -245,7 +245,7 @@ impl Pinned {
     /// Grants a writer the right to publish. Only one thread at a time may call this or `withdraw`.
     pub fn grant(&self, writer_index: usize) {
         self.region
-            .word(GRANTS + writer_index)
+            .word(GRANT_WORDS + writer_index)
             .store(1, Ordering::Release);
     }
 
@@ -253,19 +253,22 @@ impl Pinned {
     /// began before.
     pub fn withdraw(&self, writer_index: usize) {
         self.region
-            .word(GRANTS + writer_index)
+            .word(GRANT_WORDS + writer_index)
             .store(0, Ordering::Relaxed);
         self.head().fetch_add(NEXT_EPOCH, Ordering::AcqRel);
     }
 
     /// Returns whether a writer holds a grant.
     pub fn is_granted(&self, writer_index: usize) -> bool {
-        self.region.word(GRANTS + writer_index).load(Ordering::Acquire) == 1
+        self.region
+            .word(GRANT_WORDS + writer_index)
+            .load(Ordering::Acquire)
+            == 1
     }
 
     #[inline]
     fn head(&self) -> &AtomicU64 {
-        self.region.word(HEAD)
+        self.region.word(HEAD_WORD)
     }
 
     #[inline]
@@ -276,16 +279,16 @@ impl Pinned {
     }
 
     fn release(&self, slot: usize) {
-        self.line(slot)[USE].fetch_sub(OWNED, Ordering::Release);
+        self.line(slot)[USE_WORD].fetch_sub(OWNED_SLOT, Ordering::Release);
     }
 
     #[inline]
     fn stamp_of(&self, slot: usize) -> SlotStamp {
         let line = self.line(slot);
         SlotStamp {
-            sequence: line[SEQUENCE].load(Ordering::Acquire),
-            time: line[TIME].load(Ordering::Acquire),
-            writer: line[WRITER].load(Ordering::Acquire) as u32,
+            sequence: line[SEQUENCE_WORD].load(Ordering::Acquire),
+            time: line[TIME_WORD].load(Ordering::Acquire),
+            writer: line[WRITER_WORD].load(Ordering::Acquire) as u32,
             valid_until: line[VALID_UNTIL].load(Ordering::Acquire),
         }
     }
@@ -362,7 +365,7 @@ impl Pinned {
 fn extent(writers: usize, claims: usize, pins: usize) -> (usize, usize) {
     let slots = claims + pins + 1;
     assert!(slots <= Pinned::MAX_SLOTS, "{slots} slots");
-    (GRANTS + writers.next_multiple_of(LINE_WORDS), slots)
+    (GRANT_WORDS + writers.next_multiple_of(LINE_WORDS), slots)
 }
 
 #[inline]

@@ -10,11 +10,11 @@ use crate::cell::{Region, SlotStamp, VersionCheck};
 use crate::sync::{AtomicU64, Ordering, fence, relax};
 
 /// Index of the word with the newest value's number.
-const NEWEST: usize = 0;
+const NEWEST_WORD: usize = 0;
 /// Slots begin on the second cache line, so the number has a line of its own.
-const SLOTS: usize = 8;
+const FIRST_SLOT_WORD: usize = 8;
 /// Words of stamp before the value: time, writer and the end of its validity.
-const STAMP: usize = 3;
+const STAMP_WORDS: usize = 3;
 
 /// A cell for small values of one writer.
 pub struct Ring {
@@ -32,11 +32,11 @@ impl Ring {
         // Whole cache lines outside of models, so filling a slot does not disturb the readers of its
         // neighbour.
         let slot_words = if cfg!(loom) {
-            STAMP + value_words
+            STAMP_WORDS + value_words
         } else {
-            (STAMP + value_words).next_multiple_of(8)
+            (STAMP_WORDS + value_words).next_multiple_of(8)
         };
-        let region = Region::new(SLOTS + slot_words * slots as usize, 0, 0);
+        let region = Region::new(FIRST_SLOT_WORD + slot_words * slots as usize, 0, 0);
         let ring = Self {
             region,
             slots,
@@ -46,7 +46,7 @@ impl Ring {
         let slot = ring.slot(0);
         slot[1].store(u64::from(u32::MAX), Ordering::Relaxed);
         slot[2].store(u64::MAX, Ordering::Relaxed);
-        for (word, value) in slot[STAMP..].iter().zip(initial) {
+        for (word, value) in slot[STAMP_WORDS..].iter().zip(initial) {
             word.store(*value, Ordering::Relaxed);
         }
         ring
@@ -55,22 +55,22 @@ impl Ring {
     /// Returns the number of the newest value.
     #[inline]
     pub fn newest(&self) -> u64 {
-        self.region.word(NEWEST).load(Ordering::Acquire)
+        self.region.word(NEWEST_WORD).load(Ordering::Acquire)
     }
 
     /// Returns a check that recognises the value of that number as the newest.
     pub fn version_check(&self, sequence: u64) -> VersionCheck {
-        VersionCheck::new(self.region.word(NEWEST), u64::MAX, sequence)
+        VersionCheck::new(self.region.word(NEWEST_WORD), u64::MAX, sequence)
     }
 
     /// Returns a check that never recognises a value as the newest.
     pub fn never_matching(&self) -> VersionCheck {
-        VersionCheck::never_matching(self.region.word(NEWEST))
+        VersionCheck::never_matching(self.region.word(NEWEST_WORD))
     }
 
     /// Writes the next value and returns its number. Only one thread at a time may call this; wait-free.
     pub fn publish(&self, value: &[u64], time: u64, writer: u32, valid_until: u64) -> u64 {
-        let newest = self.region.word(NEWEST);
+        let newest = self.region.word(NEWEST_WORD);
         let next = newest.load(Ordering::Relaxed) + 1;
         // A reader that sees any word stored below also sees, after its own fence, the number from before:
         // see `read`.
@@ -79,7 +79,7 @@ impl Ring {
         slot[0].store(time, Ordering::Relaxed);
         slot[1].store(u64::from(writer), Ordering::Relaxed);
         slot[2].store(valid_until, Ordering::Relaxed);
-        for (word, value) in slot[STAMP..].iter().zip(value) {
+        for (word, value) in slot[STAMP_WORDS..].iter().zip(value) {
             word.store(*value, Ordering::Relaxed);
         }
         // A swap for its ordering only: sequentially consistent, for `Notifier::notify_all`, which then
@@ -99,14 +99,14 @@ impl Ring {
             let time = slot[0].load(Ordering::Relaxed);
             let writer = slot[1].load(Ordering::Relaxed) as u32;
             let valid_until = slot[2].load(Ordering::Relaxed);
-            for (value, word) in output.iter_mut().zip(&slot[STAMP..]) {
+            for (value, word) in output.iter_mut().zip(&slot[STAMP_WORDS..]) {
                 *value = word.load(Ordering::Relaxed);
             }
             // The writer reaches this slot again with value `sequence + slots`, after it has published
             // `sequence + slots - 1`. If a load above saw a word of that value, this fence and the writer's
             // make that number visible here.
             fence(Ordering::Acquire);
-            let passed = self.region.word(NEWEST).load(Ordering::Relaxed) - sequence;
+            let passed = self.region.word(NEWEST_WORD).load(Ordering::Relaxed) - sequence;
             if passed < self.slots - 1 {
                 return SlotStamp {
                     sequence,
@@ -128,7 +128,7 @@ impl Ring {
             let writer = slot[1].load(Ordering::Relaxed) as u32;
             let valid_until = slot[2].load(Ordering::Relaxed);
             fence(Ordering::Acquire);
-            if self.region.word(NEWEST).load(Ordering::Relaxed) - sequence < self.slots - 1 {
+            if self.region.word(NEWEST_WORD).load(Ordering::Relaxed) - sequence < self.slots - 1 {
                 return SlotStamp {
                     sequence,
                     time,
@@ -142,7 +142,7 @@ impl Ring {
 
     #[inline]
     fn slot(&self, sequence: u64) -> &[AtomicU64] {
-        let first = SLOTS + (sequence & (self.slots - 1)) as usize * self.slot_words;
-        self.region.words(first..first + STAMP + self.value_words)
+        let first = FIRST_SLOT_WORD + (sequence & (self.slots - 1)) as usize * self.slot_words;
+        self.region.words(first..first + STAMP_WORDS + self.value_words)
     }
 }

@@ -41,7 +41,7 @@ pub(crate) enum Clock {
 
 /// The time that passes in one step of an application whose time stands still, in real time, ns: that of a
 /// step of the simulator.
-const STEP: Nanos = 10_000_000;
+const STANDSTILL_STEP: Nanos = 10_000_000;
 
 impl Clock {
     pub(crate) fn real(speed: f64) -> Self {
@@ -143,7 +143,7 @@ impl Clock {
             Self::Real {
                 standstill: Some(standstill),
                 ..
-            } => standstill.step(STEP),
+            } => standstill.step(STANDSTILL_STEP),
             Self::Virtual {
                 standstill: Some(standstill),
                 ..

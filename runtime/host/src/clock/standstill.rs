@@ -8,7 +8,7 @@ use jde_core::Nanos;
 use parking_lot::{Condvar, Mutex};
 
 /// The value of [`Standstill::frozen`] while time passes.
-const PASSES: Nanos = Nanos::MAX;
+const TIME_PASSES: Nanos = Nanos::MAX;
 
 /// Whether time stands still, and since when.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ struct Still {
 impl Default for Standstill {
     fn default() -> Self {
         Self {
-            frozen: AtomicU64::new(PASSES),
+            frozen: AtomicU64::new(TIME_PASSES),
             lost: AtomicU64::new(0),
             still: Mutex::default(),
             changed: Condvar::new(),
@@ -49,13 +49,14 @@ impl Standstill {
     pub(crate) fn now(&self, running: impl Fn() -> Nanos) -> Nanos {
         loop {
             let frozen = self.frozen.load(Ordering::Acquire);
-            if frozen != PASSES {
+            if frozen != TIME_PASSES {
                 return frozen;
             }
             let lost = self.lost.load(Ordering::Acquire);
             let now = running().wrapping_sub(lost);
             // Otherwise it may have been stopped in between, at an earlier time than this.
-            if self.frozen.load(Ordering::Acquire) == PASSES && self.lost.load(Ordering::Acquire) == lost {
+            if self.frozen.load(Ordering::Acquire) == TIME_PASSES && self.lost.load(Ordering::Acquire) == lost
+            {
                 return now;
             }
         }
@@ -81,7 +82,7 @@ impl Standstill {
         if current.take().is_some() {
             let frozen = self.frozen.load(Ordering::Acquire);
             self.lost.store(running().wrapping_sub(frozen), Ordering::Release);
-            self.frozen.store(PASSES, Ordering::Release);
+            self.frozen.store(TIME_PASSES, Ordering::Release);
         }
         drop(current);
         self.changed.notify_all();
@@ -121,7 +122,7 @@ impl Standstill {
 
     /// Whether time stands still.
     pub(crate) fn is_still(&self) -> bool {
-        self.frozen.load(Ordering::Acquire) != PASSES
+        self.frozen.load(Ordering::Acquire) != TIME_PASSES
     }
 }
 

@@ -21,12 +21,12 @@ pub(crate) struct SignalQueue {
     signals: Mutex<VecDeque<(SchemaId, Signal)>>,
     /// Whether the queue may contain signals. Checked after every turn, which rarely causes one.
     has_signals: AtomicBool,
-    /// [`NEVER`] if no timer runs.
+    /// [`NEVER_DUE`] if no timer runs.
     alarm: AtomicU64,
 }
 
 /// A time that never occurs.
-const NEVER: Nanos = Nanos::MAX;
+const NEVER_DUE: Nanos = Nanos::MAX;
 
 /// All runners on one thread.
 pub(crate) struct LockstepExecutor {
@@ -60,7 +60,7 @@ impl Notifier for SignalQueue {
 
     /// Stores the time, so that an instant need not query the rules for it.
     fn set_timer(&self, next: Option<Nanos>) -> bool {
-        self.alarm.store(next.unwrap_or(NEVER), Ordering::Release);
+        self.alarm.store(next.unwrap_or(NEVER_DUE), Ordering::Release);
         false
     }
 
@@ -72,7 +72,7 @@ impl Default for SignalQueue {
         Self {
             signals: Mutex::default(),
             has_signals: AtomicBool::default(),
-            alarm: AtomicU64::new(NEVER),
+            alarm: AtomicU64::new(NEVER_DUE),
         }
     }
 }
@@ -80,7 +80,7 @@ impl Default for SignalQueue {
 impl SignalQueue {
     /// Returns when the rules' next timer is due.
     fn next_timer(&self) -> Option<Nanos> {
-        Some(self.alarm.load(Ordering::Acquire)).filter(|timer| *timer != NEVER)
+        Some(self.alarm.load(Ordering::Acquire)).filter(|timer| *timer != NEVER_DUE)
     }
 
     pub(crate) fn pop(&self) -> Option<(SchemaId, Signal)> {

@@ -17,7 +17,7 @@ use super::unmoved::Unmoved;
 /// errors of an odometry over the time of a few measurements.
 pub(super) const MOVED: f64 = 0.1;
 /// A step of the odometry from one publication to the next that is no motion, m; and neither is more than a quarter turn.
-const JUMP: f64 = 1.0;
+const MAX_STEP: f64 = 1.0;
 
 /// The exports of an instance that measure something, by port.
 #[derive(Default)]
@@ -210,5 +210,5 @@ impl Repetition {
 
 fn is_jump(from: &Pose2D, to: &Pose2D) -> bool {
     let step = from.localize(to);
-    step.x.hypot(step.y) > JUMP || step.theta.abs() > FRAC_PI_2
+    step.x.hypot(step.y) > MAX_STEP || step.theta.abs() > FRAC_PI_2
 }

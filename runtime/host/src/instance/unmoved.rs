@@ -10,13 +10,13 @@ use super::measurement::{MOVED, NoValue};
 
 /// How far a base may be commanded before it must have moved, m and rad, and for how long at least, s: dead times of bases
 /// and radios are shorter.
-const UNANSWERED: (f64, f64) = (0.5, 0.5);
+const UNANSWERED_COMMAND: (f64, f64) = (0.5, 0.5);
 /// The least time of a velocity that is stated, s: some devices measure ten times a second and say so more often.
-const STATED: f64 = 0.25;
+const MIN_STATED_TIME: f64 = 0.25;
 /// How long a base stands before it may try again, at first and at most, ns.
-const PAUSE: [Nanos; 2] = [1_000_000_000, 8_000_000_000];
+const RETRY_PAUSE: [Nanos; 2] = [1_000_000_000, 8_000_000_000];
 /// The longest time between two measurements that counts, ns.
-const LONGEST: Nanos = 1_000_000_000;
+const LONGEST_INTERVAL: Nanos = 1_000_000_000;
 
 /// Compares an odometry with the one before, and with the commands of its driver.
 pub(super) struct Unmoved {
@@ -49,7 +49,7 @@ impl Unmoved {
             commanded: (0.0, 0.0),
             commanded_since: None,
             commanded_at: 0,
-            pause: PAUSE[0],
+            pause: RETRY_PAUSE[0],
             is_pausing: false,
         }
     }
@@ -71,7 +71,7 @@ impl Unmoved {
         if self.content != content {
             self.content = content;
             (self.stated, self.commanded) = ((0.0, 0.0), (0.0, 0.0));
-            (self.pause, self.is_pausing) = (PAUSE[0], false);
+            (self.pause, self.is_pausing) = (RETRY_PAUSE[0], false);
             return None;
         }
         add(&mut self.stated, speed(&twist), before, time);
@@ -84,16 +84,16 @@ impl Unmoved {
                 time,
             );
         }
-        if self.stated.0 > STATED && self.stated.1 > MOVED {
+        if self.stated.0 > MIN_STATED_TIME && self.stated.1 > MOVED {
             return Some(NoValue::Stated);
         }
         if now.saturating_sub(self.commanded_at) >= self.pause {
             self.commanded = (0.0, 0.0);
             if std::mem::take(&mut self.is_pausing) {
-                self.pause = (2 * self.pause).min(PAUSE[1]);
+                self.pause = (2 * self.pause).min(RETRY_PAUSE[1]);
             }
         }
-        self.is_pausing |= self.commanded.0 > UNANSWERED.0 && self.commanded.1 > UNANSWERED.1;
+        self.is_pausing |= self.commanded.0 > UNANSWERED_COMMAND.0 && self.commanded.1 > UNANSWERED_COMMAND.1;
         self.is_pausing.then_some(NoValue::Unanswered)
     }
 
@@ -112,7 +112,7 @@ impl Unmoved {
 
 /// Adds a time and the way of a speed in it.
 fn add(sum: &mut (f64, f64), speed: f64, from: Nanos, to: Nanos) {
-    let seconds = to.saturating_sub(from).min(LONGEST) as f64 / 1e9;
+    let seconds = to.saturating_sub(from).min(LONGEST_INTERVAL) as f64 / 1e9;
     if speed > 0.0 {
         sum.0 += seconds;
         sum.1 += speed * seconds;

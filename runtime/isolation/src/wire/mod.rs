@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// The most bytes of a message: the largest value (256 MiB), and what is said of it.
 const MAX_BYTES: u64 = (256 << 20) + 1024;
 /// The room that is made at once for the bytes of a message, and kept for the next.
-const STEP: usize = 1 << 20;
+const ROOM_STEP: usize = 1 << 20;
 
 /// One end of the stream.
 #[derive(Debug)]
@@ -89,12 +89,12 @@ impl Wire {
             return Err(io::ErrorKind::InvalidData.into());
         };
         let length = length as usize;
-        self.input.truncate(STEP);
-        self.input.shrink_to(STEP);
+        self.input.truncate(ROOM_STEP);
+        self.input.shrink_to(ROOM_STEP);
         let mut end = 0;
         while end < length {
             let start = end;
-            end = length.min(start + STEP);
+            end = length.min(start + ROOM_STEP);
             self.input.resize(end.max(self.input.len()), 0);
             self.stream.read_exact(&mut self.input[start..end])?;
         }

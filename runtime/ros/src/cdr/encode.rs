@@ -6,7 +6,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use super::Writer;
 
 /// The least size of numbers that are not copied, bytes. A copy of less takes a few microseconds.
-const LONG: usize = 1 << 15;
+const MIN_BORROWED_BYTES: usize = 1 << 15;
 
 /// Numbers that are the same bytes in a value and in its message.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ pub fn encode(value_type: &Type, value: &[u8], message: &mut Vec<u8>) {
 /// # Panics
 /// As for that.
 pub fn encode_in_place<'v>(value_type: &Type, value: &'v [u8], copied: &mut Vec<u8>) -> Vec<Uncopied<'v>> {
-    encode_from(LONG, value_type, value, copied)
+    encode_from(MIN_BORROWED_BYTES, value_type, value, copied)
 }
 
 /// As [`encode_in_place`], without copies of lists of at least so many bytes.

@@ -21,7 +21,7 @@ pub use reader::Reader;
 pub use writer::Writer;
 
 /// CDR, little endian, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+const CDR_LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
 
 /// Why a message is not a value of a type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -73,7 +73,7 @@ impl Error {
     /// Checks the first four bytes of a message, or as many as it has.
     fn check_encapsulation(head: &[u8]) -> Result<(), Self> {
         // The second half contains options, which do not affect the body.
-        if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
+        if head.len() < CDR_LITTLE_ENDIAN.len() || head[..2] != CDR_LITTLE_ENDIAN[..2] {
             return Err(Self::Encapsulation(head.to_vec()));
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Copies the parts of a message that came in several pieces, without joining the pieces.
 
-use super::{ENCAPSULATION, Error};
+use super::{CDR_LITTLE_ENDIAN, Error};
 
 /// The rest of a message. Each function names the field that it reads, for the error message.
 pub(super) struct Pieces<'a> {
@@ -30,7 +30,7 @@ impl<'a> Pieces<'a> {
             left: pieces.iter().map(|piece| piece.len()).sum(),
             on_cut: None,
         };
-        let mut head = ENCAPSULATION;
+        let mut head = CDR_LITTLE_ENDIAN;
         let length = head.len().min(this.left);
         this.copy(&mut head[..length]);
         Error::check_encapsulation(&head[..length])?;

@@ -1,6 +1,6 @@
 //! Reads the parts of a message one after the other.
 
-use super::{ENCAPSULATION, Error};
+use super::{CDR_LITTLE_ENDIAN, Error};
 
 /// The rest of a message. Each function names the field that it reads, for the error message.
 pub struct Reader<'a> {
@@ -15,7 +15,7 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// [`Error::Encapsulation`].
     pub fn new(message: &'a [u8]) -> Result<Self, Error> {
-        let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
+        let (head, body) = message.split_at(message.len().min(CDR_LITTLE_ENDIAN.len()));
         Error::check_encapsulation(head)?;
         Ok(Self { body, position: 0 })
     }

@@ -1,6 +1,6 @@
 //! Writes the parts of a message one after the other.
 
-use super::ENCAPSULATION;
+use super::CDR_LITTLE_ENDIAN;
 
 /// A message that is being written.
 pub struct Writer<'a> {
@@ -13,7 +13,7 @@ impl<'a> Writer<'a> {
     /// Begins a message, which replaces the contents of `message`.
     pub fn new(message: &'a mut Vec<u8>) -> Self {
         message.clear();
-        message.extend_from_slice(&ENCAPSULATION);
+        message.extend_from_slice(&CDR_LITTLE_ENDIAN);
         Self {
             message,
             elsewhere: 0,
@@ -32,7 +32,7 @@ impl<'a> Writer<'a> {
 
     /// Advances to the next multiple of `alignment`.
     pub fn align(&mut self, alignment: usize) {
-        let body = self.message.len() + self.elsewhere - ENCAPSULATION.len();
+        let body = self.message.len() + self.elsewhere - CDR_LITTLE_ENDIAN.len();
         let gap = body.next_multiple_of(alignment) - body;
         self.message.resize(self.message.len() + gap, 0);
     }

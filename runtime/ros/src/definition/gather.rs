@@ -23,12 +23,12 @@ pub enum GatherError {
     #[error("{0}")]
     Unreadable(String),
     /// It contains too many messages.
-    #[error("it contains more than {MOST} messages")]
+    #[error("it contains more than {MAX_MESSAGES} messages")]
     Large,
 }
 
 /// The most messages of a definition.
-const MOST: usize = 256;
+const MAX_MESSAGES: usize = 256;
 
 /// Returns the definition of a message and of all that it contains, which [`read_interface`](super::read_interface()) takes.
 /// `find` returns the text of a message's own file by its name, such as `std_msgs/msg/Header`, or why that cannot be read.
@@ -74,7 +74,7 @@ pub fn gather(
                 pending.push((inner, Some(next.clone())));
             }
         }
-        if listed.len() > MOST {
+        if listed.len() > MAX_MESSAGES {
             return Err(GatherError::Large);
         }
     }

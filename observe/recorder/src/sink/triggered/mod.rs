@@ -29,7 +29,7 @@ type CreateFile = fn(&Path, bool) -> Result<(Output, Option<Disk>), Error>;
 const BATCH_BYTES: usize = 4 << 20;
 /// How late a message may arrive in real time, in ns: one that was published before the end of a file and
 /// arrives within this time is still in the file.
-const LATE: Nanos = 100_000_000;
+const MAX_LATENESS: Nanos = 100_000_000;
 
 /// The names of the files, and how much they contain.
 pub(crate) struct Plan {
@@ -330,7 +330,7 @@ impl Sink for TriggeredSink {
     fn poll(&mut self, now: Nanos) -> bool {
         self.record_losses(now);
         let more = self.write_pending(BATCH_BYTES);
-        let is_over = |current: &CurrentFile| current.until.saturating_add(LATE) < now;
+        let is_over = |current: &CurrentFile| current.until.saturating_add(MAX_LATENESS) < now;
         let is_over = self.current.as_ref().is_some_and(is_over);
         if is_over && !more {
             self.end_file();

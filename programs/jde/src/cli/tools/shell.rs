@@ -25,7 +25,7 @@ use crate::complete;
 use crate::failure::Failure;
 
 /// The most lines of history.
-const HISTORY: usize = 5000;
+const HISTORY_LINES: usize = 5000;
 /// The line that Ctrl-X runs, whatever has been typed so far.
 const STOP_LINE: &str = "stop --all";
 /// Name of the completion menu.
@@ -201,7 +201,7 @@ fn run_interactive(context: &Context) -> Result<(), Failure> {
         .with_hinter(Box::new(DefaultHinter::default()))
         .with_ansi_colors(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()));
     if let Some(file) = history_file()
-        && let Ok(history) = FileBackedHistory::with_file(HISTORY, file)
+        && let Ok(history) = FileBackedHistory::with_file(HISTORY_LINES, file)
     {
         editor = editor.with_history(Box::new(history));
     }

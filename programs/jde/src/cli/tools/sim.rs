@@ -23,7 +23,7 @@ use crate::failure::Failure;
 use crate::quantity;
 
 /// The default TCP port of the protocol.
-const PORT: u16 = 8101;
+const DEFAULT_PORT: u16 = 8101;
 
 /// Serve a simulated world: each of its robots serves one client at a time over the Pioneer protocol.
 ///
@@ -221,7 +221,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
         return Ok((Ipv4Addr::LOCALHOST, port).into());
     }
     let text = text.replace("localhost", "127.0.0.1");
-    let with_default_port = text.parse().map(|address| SocketAddr::new(address, PORT));
+    let with_default_port = text.parse().map(|address| SocketAddr::new(address, DEFAULT_PORT));
     text.parse().or(with_default_port).map_err(|_| {
         format!("`{text}` is not an address; write 8101, or one with a port, such as 127.0.0.1:8101; the world precedes --p2os")
     })

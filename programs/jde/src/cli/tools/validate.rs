@@ -18,7 +18,7 @@ use crate::failure::{Failure, display_path};
 use crate::{child, complete};
 
 /// How long a check may take.
-const TIMEOUT: Duration = Duration::from_secs(10);
+const CHECK_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Validate a plugin: check whether it keeps the promises of the ABI (jde.h), in any language that makes libraries.
 ///
@@ -65,7 +65,7 @@ impl Validate {
             ));
         }
         let findings =
-            validate(&file, &child::validator(), &self.only, TIMEOUT).map_err(|error| match error {
+            validate(&file, &child::validator(), &self.only, CHECK_TIMEOUT).map_err(|error| match error {
                 ValidationError::UnknownCheck(name) => {
                     Failure::unknown("check", &name, CHECKS.iter().map(|check| check.name))
                 }

@@ -54,7 +54,7 @@ const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 const MAX_LINES: usize = 256;
 
 /// The place of `stop` in [`SERVICES`].
-const STOP: usize = 11;
+const STOP_SERVICE: usize = 11;
 
 /// The services below the node's own name, and their types.
 const SERVICES: [(&str, &str); 15] = [
@@ -198,7 +198,7 @@ impl RosOptions {
         Ok(NodeConfig {
             publications: topics.collect::<Result<_, _>>()?,
             services: services.collect::<Result<_, _>>()?,
-            urgent_service: Some(STOP),
+            urgent_service: Some(STOP_SERVICE),
             remaps: self.remaps.clone(),
             ..NodeConfig::new(name, environment_connection()?)
         })

@@ -13,8 +13,8 @@ use super::parameters::BOOL;
 pub(crate) const SIM_TIME: &str = "use_sim_time";
 /// The modulation of a driver that it sets, and its choices.
 pub(crate) const CLOCK: &str = "clock";
-const WALL: u64 = 0;
-const FOLLOW: u64 = 1;
+const WALL_TIME: u64 = 0;
+const FOLLOWED_TIME: u64 = 1;
 
 /// Whether the time is that of `/clock`.
 #[derive(Clone, Debug, Default)]
@@ -54,7 +54,7 @@ impl SimTime {
             let action = Action::Modulate {
                 schema: schema.clone(),
                 variable: CLOCK.to_owned(),
-                value: json!(if is_simulated { FOLLOW } else { WALL }),
+                value: json!(if is_simulated { FOLLOWED_TIME } else { WALL_TIME }),
             };
             subject.act(OPERATOR, &action).map_err(|refusal| refusal.error)?;
         }

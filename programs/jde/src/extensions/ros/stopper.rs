@@ -13,10 +13,10 @@ use jde_link_host::Running;
 use jde_ros_node::interface::standard;
 use jde_ros_node::{Node, Request};
 
-use super::{SERVICES, STOP, act};
+use super::{SERVICES, STOP_SERVICE, act};
 
 /// Stops per second. More frequent requests are combined into one stop, and each receives its outcome.
-const STOPS: f64 = 10.0;
+const STOPS_PER_SECOND: f64 = 10.0;
 /// Pause before the next attempt when the rate is exceeded.
 const RETRY_PAUSE: Duration = Duration::from_millis(10);
 /// How soon the end of the run is noticed.
@@ -51,7 +51,7 @@ fn respond(outcomes: &Receiver<Outcome>) {
 }
 
 fn carry_out(node: &Node, subject: &Running, end: &AtomicBool, outcomes: &SyncSender<Outcome>) {
-    let mut bucket = TokenBucket::new(STOPS, Instant::now());
+    let mut bucket = TokenBucket::new(STOPS_PER_SECOND, Instant::now());
     while !end.load(Ordering::Relaxed) {
         let mut requests = node.take_urgent(END_INTERVAL);
         if requests.is_empty() {
@@ -63,7 +63,7 @@ fn carry_out(node: &Node, subject: &Running, end: &AtomicBool, outcomes: &SyncSe
         }
         // What a request contains does not matter: a stop is never refused for its form.
         let response = act(subject, &Action::StopAll);
-        match standard().encode(&format!("{}_Response", SERVICES[STOP].1), &response) {
+        match standard().encode(&format!("{}_Response", SERVICES[STOP_SERVICE].1), &response) {
             // Whose response is dropped asks again.
             Ok(message) => drop(outcomes.try_send((requests, message))),
             Err(error) => tracing::warn!("ROS 2: a stop has no response: {error}"),

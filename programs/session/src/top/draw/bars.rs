@@ -15,7 +15,7 @@ use crate::top::view_state::{ActionResult, Mode, ViewState, outcome_text};
 const PANIC_KEYS: [(&str, &str); 2] = [("space", "STOP ALL"), ("g", "GO ON")];
 
 /// After this time without a snapshot, the application is not shown as running.
-const SILENT: Duration = Duration::from_secs(1);
+const SILENT_AFTER: Duration = Duration::from_secs(1);
 
 /// The keys and their effects; those that a new user needs first are at the left, after the panic key.
 const KEYS: [(&str, &str); 9] = [
@@ -33,7 +33,7 @@ const KEYS: [(&str, &str); 9] = [
 /// Draws the title of the application, its time and how it runs or ended.
 pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let seconds = screen.snapshot.time as f64 / 1e9;
-    let silent = screen.silent > SILENT;
+    let silent = screen.silent > SILENT_AFTER;
     let state = match (&screen.outcome, screen.stopped_by()) {
         (Some(outcome), _) => outcome_text(outcome),
         (None, _) if silent => format!("NO NEWS for {} s", screen.silent.as_secs()),

@@ -9,7 +9,7 @@ use crate::style::{self, Style};
 use crate::tap::tap;
 
 /// Minimum width of the labels of fields in a column, so that the fields align. In points.
-const NAMES: f32 = 110.0;
+const MIN_LABEL_WIDTH: f32 = 110.0;
 
 /// The range of a slider.
 pub(super) struct Range<'a> {
@@ -104,12 +104,12 @@ pub(super) fn choice(
     }
 }
 
-/// Shows a label. In a column, it is at least [`NAMES`] wide; in a row, only as wide as its text.
+/// Shows a label. In a column, it is at least [`MIN_LABEL_WIDTH`] wide; in a row, only as wide as its text.
 fn name(ui: &mut Ui, style: &Style, label: &str, column: bool) -> egui::Response {
     let text = RichText::new(label).color(style::color_of(Ink::Plain, style).gamma_multiply(0.75));
     let left = ui.cursor().left();
     let response = ui.label(text);
-    let missing = NAMES - (ui.cursor().left() - left);
+    let missing = MIN_LABEL_WIDTH - (ui.cursor().left() - left);
     if column && missing > 0.0 {
         ui.allocate_space(vec2(missing - ui.spacing().item_spacing.x, 0.0));
     }

@@ -9,7 +9,7 @@ use crate::canvas::{self, Canvas};
 use crate::style::{self, Style};
 
 /// Minimum height of a widget that stretches, in points.
-const LEAST: f32 = 170.0;
+const MIN_STRETCHED_HEIGHT: f32 = 170.0;
 
 /// A list that is being drawn.
 pub(super) struct ListLayout<'a> {
@@ -38,7 +38,7 @@ impl<'a> ListLayout<'a> {
             kept,
             outline,
             gestures: Vec::new(),
-            height: LEAST,
+            height: MIN_STRETCHED_HEIGHT,
             alive,
             beside: false,
         }
@@ -49,7 +49,9 @@ impl<'a> ListLayout<'a> {
         let available = ui.available_height();
         let large = list.items.iter().filter(|item| stretches(item)).count();
         if large > 0 {
-            self.height = ((available - self.kept.small) / large as f32).floor().max(LEAST);
+            self.height = ((available - self.kept.small) / large as f32)
+                .floor()
+                .max(MIN_STRETCHED_HEIGHT);
         }
         let mut fixed = 0.0;
         for (place, item) in list.items.iter().enumerate() {

@@ -28,10 +28,10 @@ use state::PanelState;
 /// Rate at which lists are requested: smooth to the eye, and cheap for the schema.
 const RATE: Rate = Rate::Hz(20);
 /// Age from which the age of a list is shown.
-const OLD: Duration = Duration::from_millis(1500);
+const SHOWN_AGE: Duration = Duration::from_millis(1500);
 
 /// Opacity of a panel whose schema receives no gestures.
-const FADED: f32 = 0.55;
+const FADED_OPACITY: f32 = 0.55;
 
 /// The window of a panel.
 pub(crate) struct Panel {
@@ -113,7 +113,7 @@ impl Panel {
                 }
             }
             if let Some((_, received)) = &self.newest
-                && received.elapsed() > OLD
+                && received.elapsed() > SHOWN_AGE
                 && !session.is_gone()
             {
                 let age = received.elapsed().as_secs_f64();
@@ -159,7 +159,7 @@ impl Panel {
                 kept.take(list);
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     if !alive {
-                        ui.multiply_opacity(FADED);
+                        ui.multiply_opacity(FADED_OPACITY);
                     }
                     gestures = ListLayout::new(style, kept, &self.outline, alive).show(ui, list);
                 });

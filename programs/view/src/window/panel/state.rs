@@ -13,9 +13,9 @@ use crate::canvas::{Gestures, View};
 
 /// How long a widget shows the value that the user set, unless the schema reports a new one. Lists that were
 /// in transit at that time would otherwise reset it.
-const PATIENCE: Duration = Duration::from_secs(1);
+const USER_VALUE_TIME: Duration = Duration::from_secs(1);
 /// A plane without an area is fitted anew when its content shrinks below this fraction of the fitted area.
-const SHRUNK: f64 = 0.4;
+const REFIT_SHARE: f64 = 0.4;
 
 /// The state of a panel's window.
 #[derive(Default)]
@@ -95,7 +95,7 @@ impl PanelState {
 
     /// Records that the user moved a widget, for which the list has `from`.
     pub(super) fn moved(&mut self, id: &str, from: f64, to: f64) {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + USER_VALUE_TIME;
         self.moved.insert(id.to_owned(), PendingValue { to, from, until });
     }
 
@@ -116,7 +116,7 @@ impl PanelState {
         let home = self.homes.entry(id.to_owned()).or_insert(drawn);
         let outside = (0..2)
             .any(|axis| drawn.least[axis] < home.least[axis] || drawn.greatest[axis] > home.greatest[axis]);
-        let small = (0..2).all(|axis| size(&drawn, axis) < SHRUNK * size(home, axis));
+        let small = (0..2).all(|axis| size(&drawn, axis) < REFIT_SHARE * size(home, axis));
         if outside || small {
             let margin = |axis: usize| 0.08 * size(&drawn, axis);
             *home = Area {

@@ -21,7 +21,7 @@ use plane::Plane;
 use sensors::{Candidates, RobotChoice, Sensors};
 
 /// Below this width, in points, the column of numbers is shown below the plane instead of beside it.
-const NARROW: f32 = 560.0;
+const NARROW_WIDTH: f32 = 560.0;
 
 /// The window.
 pub(crate) struct RobotWindow {
@@ -73,7 +73,7 @@ impl Window for RobotWindow {
         let offer = self.senses.update(session, &self.choice);
         bar(ui, &mut self.choice, &mut self.plane, &self.senses, &offer);
         let size = ui.available_size();
-        if size.x < NARROW {
+        if size.x < NARROW_WIDTH {
             ScrollArea::vertical().show(ui, |ui| {
                 let height = (0.5 * size.y).max(200.0);
                 ui.allocate_ui([size.x, height].into(), |ui| {

@@ -19,15 +19,15 @@ const AROUND: Area = Area {
     greatest: [3.5, 2.5],
 };
 /// Margin around a path, in m.
-const MARGIN: f64 = 2.0;
+const PATH_MARGIN: f64 = 2.0;
 /// Opacity of stale data.
-const OLD: f32 = 0.3;
+const STALE_OPACITY: f32 = 0.3;
 /// Number of corners with which an ellipse is drawn.
-const CORNERS: u32 = 32;
+const ELLIPSE_CORNERS: u32 = 32;
 /// A speed is drawn as the distance covered in this time, in s.
 const ARROW_SECONDS: f64 = 1.5;
 /// A slower robot stands still, in m/s and rad/s.
-const STILL: f64 = 0.005;
+const STANDSTILL_SPEED: f64 = 0.005;
 
 /// The user's choice of what the plane shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,8 +109,8 @@ fn around(trail: &Trail, pose: Pose2D) -> Area {
         }
     }
     Area {
-        least: area.least.map(|at| at - MARGIN),
-        greatest: area.greatest.map(|at| at + MARGIN),
+        least: area.least.map(|at| at - PATH_MARGIN),
+        greatest: area.greatest.map(|at| at + PATH_MARGIN),
     }
 }
 
@@ -178,7 +178,11 @@ impl PlaneDrawing<'_, '_> {
 
     fn color_of(&self, color: Ink, fresh: bool) -> Color32 {
         let color = style::color_of(color, self.style);
-        if fresh { color } else { color.gamma_multiply(OLD) }
+        if fresh {
+            color
+        } else {
+            color.gamma_multiply(STALE_OPACITY)
+        }
     }
 
     /// Draws the area that a laser at a pose found free, and its rays, faintly.
@@ -251,8 +255,8 @@ impl PlaneDrawing<'_, '_> {
         let axes = [mean + half, mean - half].map(|variance| 2.0 * variance.max(0.0).sqrt());
         let frame = Pose2D::new(fix.x, fix.y, 0.5 * (2.0 * b).atan2(a - c));
         let at = self.floor.transform(&frame);
-        let ellipse = (0..CORNERS).map(|corner| {
-            let (sin, cos) = (2.0 * PI * f64::from(corner) / f64::from(CORNERS)).sin_cos();
+        let ellipse = (0..ELLIPSE_CORNERS).map(|corner| {
+            let (sin, cos) = (2.0 * PI * f64::from(corner) / f64::from(ELLIPSE_CORNERS)).sin_cos();
             on(&at, [axes[0] * cos, axes[1] * sin])
         });
         self.draw.line(&ellipse.collect::<Vec<_>>(), true, 1.5, color);
@@ -298,11 +302,11 @@ impl PlaneDrawing<'_, '_> {
     /// Draws a speed: an arrow for the distance of [`ARROW_SECONDS`], and an arc for the turn.
     fn speed(&self, twist: &Twist, width: f32, color: Color32) {
         let (x, y, turn) = (twist.linear.x, twist.linear.y, twist.angular.z);
-        if x.hypot(y) > STILL {
+        if x.hypot(y) > STANDSTILL_SPEED {
             let tip = on(&self.robot, [x * ARROW_SECONDS, y * ARROW_SECONDS]);
             self.draw.arrow([self.robot.x, self.robot.y], tip, width, color);
         }
-        if turn.abs() > STILL {
+        if turn.abs() > STANDSTILL_SPEED {
             let end = (turn * ARROW_SECONDS).clamp(-1.9 * PI, 1.9 * PI);
             let radius = 0.42;
             let arc: Vec<_> = (0..=16)

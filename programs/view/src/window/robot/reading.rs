@@ -8,11 +8,11 @@ use jde_types::Value;
 use crate::session::WindowSession;
 
 /// A value is stale after this many periods of its driver.
-const PERIODS: f64 = 4.0;
+const STALE_PERIODS: f64 = 4.0;
 /// Minimum age of a stale value, in s. It allows for delays of the network.
-const SOONEST: f64 = 0.5;
+const MIN_STALE_AGE: f64 = 0.5;
 /// Without a snapshot for this time, in s, all values of the application are stale.
-const SILENT: f64 = 1.0;
+const SNAPSHOT_TIMEOUT: f64 = 1.0;
 
 /// The state of a variable.
 #[derive(Clone, Debug, Default)]
@@ -162,13 +162,13 @@ pub(super) fn sampled(
     }
     // Without snapshots, `now` does not advance, so the silence is added to the age.
     let silent = session.silent().as_secs_f64();
-    let silent = if silent > SILENT { silent } else { 0.0 };
+    let silent = if silent > SNAPSHOT_TIMEOUT { silent } else { 0.0 };
     let age = (session.now() - sample.time as f64 / 1e9).max(0.0) + silent;
     let period = view.map_or(0.0, |view| view.period as f64 / 1e9);
     let fresh = Freshness {
         name: name.clone(),
         age,
-        stale: session.is_gone() || silent > 0.0 || age > SOONEST.max(PERIODS * period),
+        stale: session.is_gone() || silent > 0.0 || age > MIN_STALE_AGE.max(STALE_PERIODS * period),
         asleep,
     };
     VariableState::Present(sample, fresh)

@@ -15,8 +15,8 @@ use crate::session::WindowSession;
 use crate::style::{self, Style};
 
 /// Charge below which a battery is low, and nearly empty, from 0 to 1.
-const LOW: f32 = 0.3;
-const EMPTY: f32 = 0.15;
+const LOW_CHARGE: f32 = 0.3;
+const EMPTY_CHARGE: f32 = 0.15;
 
 /// Shows the table. Without a session it has no buttons that wake schemas: for pictures.
 pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession>, style: &Style) {
@@ -310,8 +310,8 @@ fn gauge(ui: &mut Ui, battery: &BatteryState, style: &Style) {
         return;
     }
     let (color, note) = match charge {
-        charge if charge < EMPTY => (Ink::Bad, "  nearly empty"),
-        charge if charge < LOW => (Ink::Warn, "  low"),
+        charge if charge < EMPTY_CHARGE => (Ink::Bad, "  nearly empty"),
+        charge if charge < LOW_CHARGE => (Ink::Warn, "  low"),
         _ => (Ink::Good, ""),
     };
     let text = format!("{:.0} %{note}  {volts}", charge * 100.0);

@@ -5,9 +5,9 @@ use eframe::egui::Rangef;
 /// Approximate number of grid lines of a window.
 pub(super) const DIVISIONS: f64 = 10.0;
 /// Shortest window, in s: a few wake-ups of a thread.
-const SHORTEST: f64 = 200e-6;
+const SHORTEST_WINDOW: f64 = 200e-6;
 /// Longest window, in s.
-const LONGEST: f64 = 100_000.0;
+const LONGEST_WINDOW: f64 = 100_000.0;
 
 /// The visible part of the past.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,7 @@ pub(super) struct Scale {
 impl Axis {
     pub(super) fn new(span: f64) -> Self {
         Self {
-            span: span.clamp(SHORTEST, LONGEST),
+            span: span.clamp(SHORTEST_WINDOW, LONGEST_WINDOW),
             edge: Edge::Live,
             paused: false,
         }
@@ -103,7 +103,7 @@ impl Axis {
 
     /// Zooms by `factor`. The time `at` stays in place. A window that follows the present continues to do so.
     pub(super) fn zoom(&mut self, factor: f64, at: f64) {
-        let span = (self.span * factor).clamp(SHORTEST, LONGEST);
+        let span = (self.span * factor).clamp(SHORTEST_WINDOW, LONGEST_WINDOW);
         if let Edge::At(to) = self.edge {
             self.edge = Edge::At(at + (to - at) * span / self.span);
         }

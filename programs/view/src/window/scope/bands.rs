@@ -9,7 +9,7 @@ use super::axis::Scale;
 use crate::style::{self, Style};
 
 /// Number of intervals examined at the beginning and at the end of a column.
-const EXAMINED: usize = 12;
+const EXAMINED_INTERVALS: usize = 12;
 
 /// Consecutive columns of the same appearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,8 +71,8 @@ pub(super) fn runs(bands: &Track<State>, scale: &Scale, columns: usize, now: f64
             continue;
         }
         let last = last_before(bands, band, column_end);
-        let near = (band + EXAMINED).min(last);
-        let far = last.saturating_sub(EXAMINED).max(near);
+        let near = (band + EXAMINED_INTERVALS).min(last);
+        let far = last.saturating_sub(EXAMINED_INTERVALS).max(near);
         let (mut low, mut high) = (state, state);
         for state in (band..=near)
             .chain(far..=last)

@@ -20,9 +20,9 @@ use super::{Scope, Trigger};
 use crate::style::{self, Style};
 
 /// Height of the titles and times, in points.
-const HEAD: f32 = 18.0;
+const HEAD_HEIGHT: f32 = 18.0;
 /// Width of the scroll bar, in points.
-const BAR: f32 = 10.0;
+const SCROLL_BAR_WIDTH: f32 = 10.0;
 
 /// The regions of the window.
 struct Regions {
@@ -118,13 +118,21 @@ impl Scope {
         ui.painter().vline(handle.center().x, area.y_range(), line);
         let border = area.left() + area.width() * self.share;
         let desired = self.signals.list.len() as f32 * ROW_HEIGHT;
-        let signals = desired.min(((area.height() - HEAD) * 0.5 / ROW_HEIGHT).floor().max(1.0) * ROW_HEIGHT);
+        let signals = desired.min(
+            ((area.height() - HEAD_HEIGHT) * 0.5 / ROW_HEIGHT)
+                .floor()
+                .max(1.0)
+                * ROW_HEIGHT,
+        );
         let split = area.bottom() - signals;
         Regions {
-            head: area.with_max_y(area.top() + HEAD),
-            rows: Rect::from_min_max(pos2(area.left(), area.top() + HEAD), pos2(area.right(), split)),
+            head: area.with_max_y(area.top() + HEAD_HEIGHT),
+            rows: Rect::from_min_max(
+                pos2(area.left(), area.top() + HEAD_HEIGHT),
+                pos2(area.right(), split),
+            ),
             signals: area.with_min_y(split),
-            x: Rangef::new(border, area.right() - BAR),
+            x: Rangef::new(border, area.right() - SCROLL_BAR_WIDTH),
         }
     }
 

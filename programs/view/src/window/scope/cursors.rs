@@ -10,7 +10,7 @@ use super::paint;
 use crate::style::{self, Style, time};
 
 /// Distance within which a drag moves a line, in points.
-const NEAR: f32 = 6.0;
+const GRAB_DISTANCE: f32 = 6.0;
 
 /// Two times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ impl Cursors {
             .unwrap_or([f64::NAN; 2])
             .map(|time| (scale.x(time) - x).abs());
         self.held = (0..2)
-            .filter(|&cursor| times[cursor] <= NEAR)
+            .filter(|&cursor| times[cursor] <= GRAB_DISTANCE)
             .min_by(|&a, &b| times[a].total_cmp(&times[b]));
         self.held.is_some()
     }

@@ -4,7 +4,7 @@
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 /// Maximum number of names offered for one type: enough for the largest standard message.
-const OFFERED: usize = 400;
+const MAX_OFFERED: usize = 400;
 
 /// The location of a number in the bytes of a value.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +104,7 @@ pub(super) fn list(of: &Type) -> Vec<String> {
 
 fn collect_below(of: &Type, before: &str, found: &mut Vec<String>) {
     for field in &of.fields {
-        if found.len() >= OFFERED {
+        if found.len() >= MAX_OFFERED {
             return;
         }
         let Field { name, form, kind, .. } = field;

@@ -15,18 +15,18 @@ use jde_timeline::{MarkKind, Severity};
 /// Height of a row, in points: a line of text, and enough for a button.
 pub(super) const ROW: f32 = 22.0;
 /// Font size of a row's text.
-const TEXT: f32 = 12.5;
+const TEXT_SIZE: f32 = 12.5;
 
 pub(super) fn font() -> FontId {
-    FontId::proportional(TEXT)
+    FontId::proportional(TEXT_SIZE)
 }
 
 pub(super) fn small() -> FontId {
-    FontId::proportional(TEXT - 2.0)
+    FontId::proportional(TEXT_SIZE - 2.0)
 }
 
 pub(super) fn digits() -> FontId {
-    FontId::monospace(TEXT - 1.0)
+    FontId::monospace(TEXT_SIZE - 1.0)
 }
 
 /// Lays out one line of text, truncated to a width and marked where cut.

@@ -9,7 +9,7 @@ use super::paint;
 use crate::style::Style;
 
 /// Maximum number of values kept: 27 minutes at 50 Hz.
-const KEPT: usize = 80_000;
+const MAX_VALUES: usize = 80_000;
 
 /// A number over time.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Signal {
             variable,
             place,
             color,
-            values: Trace::new(KEPT),
+            values: Trace::new(MAX_VALUES),
         }
     }
 

@@ -21,7 +21,7 @@ use crate::style::{self, Style};
 /// Height of a signal's row, in points.
 pub(super) const ROW_HEIGHT: f32 = 58.0;
 /// Maximum number of names offered at once.
-const OFFERED: usize = 100;
+const MAX_OFFERED: usize = 100;
 
 /// The traces.
 #[derive(Debug, Default)]
@@ -104,7 +104,13 @@ impl Signals {
                 let name = name.to_lowercase();
                 search_words.iter().all(|word| name.contains(word))
             };
-            let offered: Vec<_> = self.names.iter().filter(fits).take(OFFERED).cloned().collect();
+            let offered: Vec<_> = self
+                .names
+                .iter()
+                .filter(fits)
+                .take(MAX_OFFERED)
+                .cloned()
+                .collect();
             let mut chosen = None;
             if entered {
                 let exact =

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::axis::Scale;
 
 /// Maximum distance of the pointer from an event, in points.
-const NEAR: f32 = 7.0;
+const HIT_DISTANCE: f32 = 7.0;
 
 /// Calls `each` with the first and last index in each column of `width` points that has visible entries.
 pub(super) fn by_column<T>(
@@ -52,7 +52,7 @@ pub(super) fn nearest<T>(
     };
     let both = [after.checked_sub(1).and_then(distance), distance(after)];
     let nearest = both.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (nearest.0 <= NEAR).then_some(nearest.1)
+    (nearest.0 <= HIT_DISTANCE).then_some(nearest.1)
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use super::period::Period;
 use crate::style::{self, Style, time};
 
 /// Minimum width of the names, in points.
-const NAME: f32 = 110.0;
+const MIN_NAME_WIDTH: f32 = 110.0;
 /// Indentation per level of the tree, in points.
 pub(super) const INDENT: f32 = 10.0;
 
@@ -38,7 +38,7 @@ pub(super) struct RowActions {
 
 impl Table {
     pub(super) fn new(left: f32, right: f32) -> Self {
-        let columns = columns::fitting(right - left - NAME, right - 4.0);
+        let columns = columns::fitting(right - left - MIN_NAME_WIDTH, right - 4.0);
         Self {
             left,
             right,

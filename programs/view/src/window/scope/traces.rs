@@ -13,7 +13,7 @@ use super::strips::{by_column, nearest};
 use crate::style::{self, Style};
 
 /// Maximum number of events examined in one column.
-const EXAMINED: usize = 16;
+const EXAMINED_EVENTS: usize = 16;
 
 /// Draws the traces of all rows of a frame.
 pub(super) struct Traces<'a> {
@@ -59,7 +59,7 @@ impl<'a> Traces<'a> {
         let marks = &known.marks;
         by_column(marks, Mark::time_s, &self.scale, 4.0, |first, last| {
             let worst = marks
-                .range(first..=last.min(first + EXAMINED))
+                .range(first..=last.min(first + EXAMINED_EVENTS))
                 .map(|mark| mark.kind)
                 .max();
             let x = self.scale.x(marks[first].time_s());

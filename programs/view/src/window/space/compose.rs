@@ -16,13 +16,13 @@ use super::solids;
 use crate::style::{Style, color_of};
 
 /// Distance of a camera's image from the camera, in m.
-const PICTURE: f32 = 0.7;
+const PICTURE_DISTANCE: f32 = 0.7;
 /// Targets nearer to each other than this are merged, in m.
-const SAME: f64 = 0.05;
+const MERGED_TARGETS: f64 = 0.05;
 /// Radius within which a target counts as reached, in all applications that come with jde, in m.
-const REACHED: f32 = 0.3;
+const REACHED_RADIUS: f32 = 0.3;
 /// Number of segments in the arc of a sonar's cone.
-const ARC: usize = 8;
+const ARC_SEGMENTS: usize = 8;
 
 /// Draws all selected items. Returns messages about what cannot be shown.
 pub(crate) fn all(draw_list: &mut DrawList, seen: &SceneData, items: &Items, style: &Style) -> Vec<String> {
@@ -188,14 +188,14 @@ fn show_sonars(draw_list: &mut DrawList, place: Affine3A, ring: &RangeRing, styl
         let sonar = place * Affine3A::from_translation(Vec3::Z * SONAR_HEIGHT) * frame(pose);
         let range = echo.range as f32;
         let arc = |step: usize| {
-            let (sin, cos) = ((step as f32 / ARC as f32 - 0.5) * field).sin_cos();
+            let (sin, cos) = ((step as f32 / ARC_SEGMENTS as f32 - 0.5) * field).sin_cos();
             sonar.transform_point3(Vec3::new(cos, sin, 0.0) * range)
         };
         let apex = sonar.transform_point3(Vec3::ZERO);
-        for step in 0..ARC {
+        for step in 0..ARC_SEGMENTS {
             draw_list.triangle([apex, arc(step), arc(step + 1)], color.gamma_multiply(0.13));
         }
-        draw_list.lines((0..=ARC).map(arc), 2.0, color.gamma_multiply(0.9));
+        draw_list.lines((0..=ARC_SEGMENTS).map(arc), 2.0, color.gamma_multiply(0.9));
     }
 }
 
@@ -215,13 +215,15 @@ fn targets(draw_list: &mut DrawList, seen: &SceneData, items: &Items, style: &St
         .filter_map(|(whose, target)| Some((whose, target.get()?)));
     let mut shown: Vec<Pose2D> = Vec::new();
     for (whose, pose) in present.map(|(whose, mission)| (whose, mission.target)).chain(set) {
-        let known = shown.iter().any(|other| other.distance_to(&pose) < SAME);
+        let known = shown
+            .iter()
+            .any(|other| other.distance_to(&pose) < MERGED_TARGETS);
         if known || !pose.x.is_finite() || !pose.y.is_finite() {
             continue;
         }
         shown.push(pose);
         let foot = Vec3::new(pose.x as f32, pose.y as f32, 0.01);
-        draw_list.ring(foot, REACHED, 2.0, goal);
+        draw_list.ring(foot, REACHED_RADIUS, 2.0, goal);
         let top = foot + Vec3::Z * 0.75;
         draw_list.line(foot, top, 2.0, goal);
         draw_list.form(
@@ -263,9 +265,10 @@ fn show_route(draw_list: &mut DrawList, way: &RouteData, goal: Color32, faint: C
 fn show_camera(draw_list: &mut DrawList, camera: &Camera, robots: &[RobotData], style: &Style) {
     let Some(place) = camera.place(robots) else { return };
     let [width, height] = camera.pixels.picture.size.map(|size| size as f32);
-    let aside = PICTURE * (camera.field / 2.0).tan().min(1.5);
+    let aside = PICTURE_DISTANCE * (camera.field / 2.0).tan().min(1.5);
     let up = aside * height / width;
-    let corner = |left: f32, high: f32| place.transform_point3(Vec3::new(PICTURE, left * aside, high * up));
+    let corner =
+        |left: f32, high: f32| place.transform_point3(Vec3::new(PICTURE_DISTANCE, left * aside, high * up));
     let corners = [
         corner(1.0, 1.0),
         corner(-1.0, 1.0),

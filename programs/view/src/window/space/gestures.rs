@@ -11,7 +11,7 @@ use super::scene_data::SceneData;
 use crate::canvas::Gestures;
 
 /// Maximum distance of a drag, as a multiple of the distance of the view's target.
-const FAR: f32 = 4.0;
+const MAX_DRAG_DISTANCE: f32 = 4.0;
 
 /// Gestures in progress, kept from frame to frame.
 #[derive(Default)]
@@ -188,6 +188,6 @@ fn scene_at(eye: &Eye, screen: Vec2, scenes: &[Scene<'_>]) -> Option<TouchedScen
 fn position_at_height(eye: &Eye, screen: Vec2, reference: Vec3) -> Option<Vec3> {
     let ray = eye.ray(screen);
     let distance = (reference.z - ray.from.z) / ray.along.z;
-    (distance.is_finite() && distance > 0.0 && distance < FAR * eye.distance)
+    (distance.is_finite() && distance > 0.0 && distance < MAX_DRAG_DISTANCE * eye.distance)
         .then(|| ray.from + ray.along * distance)
 }

@@ -7,7 +7,7 @@ use super::orbit::{Eye, Ray};
 use super::solids::{at, vector};
 
 /// Distance within which thin shapes are hit, in points of the screen.
-const NEAR: f32 = 6.0;
+const HIT_DISTANCE: f32 = 6.0;
 
 /// Intersects the ray through a point of the screen with a shape given in `frame`. Returns the distance from
 /// the eye and the position, in m.
@@ -99,7 +99,7 @@ fn thin(eye: &Eye, screen: Vec2, [from, to]: [Vec3; 2]) -> Option<f32> {
     } else {
         ((screen - begin).dot(along) / along.length_squared()).clamp(0.0, 1.0)
     };
-    let near = (begin + along * share).distance(screen) <= NEAR;
+    let near = (begin + along * share).distance(screen) <= HIT_DISTANCE;
     near.then(|| from.lerp(to, share).distance(eye.place))
 }
 

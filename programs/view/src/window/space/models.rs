@@ -18,7 +18,7 @@ pub(crate) const SONAR_HEIGHT: f32 = 0.165;
 /// Where the axes of a pan-tilt head cross, in m: ahead, to the left, up.
 pub(crate) const HEAD: Vec3 = Vec3::new(0.05, 0.0, 0.35);
 /// Lower and upper end of a body, in m.
-const BODY: [f32; 2] = [0.03, 0.22];
+const BODY_HEIGHTS: [f32; 2] = [0.03, 0.22];
 
 const SHELL: Color32 = Color32::from_rgb(196, 38, 32);
 const PLATE: Color32 = Color32::from_rgb(42, 44, 49);
@@ -43,7 +43,7 @@ pub(crate) struct Payload {
 
 /// Draws a robot with its outline: a red body whose dark mark shows the heading.
 pub(crate) fn robot(draw_list: &mut DrawList, place: Affine3A, outline: &[[f64; 2]], payload: &Payload) {
-    let [low, high] = BODY;
+    let [low, high] = BODY_HEIGHTS;
     let at = |[x, y]: [f64; 2], up: f32| place.transform_point3(Vec3::new(x as f32, y as f32, up));
     let middle = place.transform_point3(Vec3::Z * high);
     for (&one, &two) in outline.iter().zip(outline.iter().cycle().skip(1)) {

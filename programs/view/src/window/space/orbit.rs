@@ -9,15 +9,15 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// Vertical field of view, in rad: that of a normal lens, with little distortion.
-const FIELD: f32 = 40.0 * PI / 180.0;
+const FIELD_OF_VIEW: f32 = 40.0 * PI / 180.0;
 /// Distance of the near plane, as a fraction of the distance of the target.
-const NEAR: f32 = 0.02;
+const NEAR_PLANE: f32 = 0.02;
 /// Distance of the far plane, in m: beyond any building.
-const FAR: f32 = 2000.0;
+const FAR_PLANE: f32 = 2000.0;
 /// Least and greatest distance of the eye from its target, in m.
-const DISTANCES: (f32, f32) = (0.3, 400.0);
+const DISTANCE_RANGE: (f32, f32) = (0.3, 400.0);
 /// Least and greatest pitch, in rad. The eye stays above the floor, below which nothing is visible.
-const PITCHES: (f32, f32) = (0.02, FRAC_PI_2);
+const PITCH_RANGE: (f32, f32) = (0.02, FRAC_PI_2);
 
 /// An eye that looks at a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,13 +81,13 @@ impl Orbit {
     /// Turns around the target, by fractions of the picture's height.
     pub(crate) fn turn(&mut self, delta: Vec2) {
         self.yaw = (self.yaw - delta.x * PI + PI).rem_euclid(TAU) - PI;
-        self.pitch = (self.pitch + delta.y * PI).clamp(PITCHES.0, PITCHES.1);
+        self.pitch = (self.pitch + delta.y * PI).clamp(PITCH_RANGE.0, PITCH_RANGE.1);
     }
 
     /// Moves the target with the pointer, by fractions of the picture's height.
     pub(crate) fn pan(&mut self, delta: Vec2) {
         let (right, up) = (self.right(), self.up());
-        let scale = 2.0 * (FIELD / 2.0).tan() * self.distance;
+        let scale = 2.0 * (FIELD_OF_VIEW / 2.0).tan() * self.distance;
         // An upward drag moves away on the floor, limited at flat angles.
         let ahead = Vec3::new(-self.yaw.cos(), -self.yaw.sin(), 0.0);
         let lift = up.dot(ahead).max(0.35);
@@ -96,7 +96,7 @@ impl Orbit {
 
     /// Zooms: factors below 1 move nearer. The point `fixed` stays in place on the screen.
     pub(crate) fn zoom(&mut self, factor: f32, fixed: Option<Vec3>) {
-        let distance = (self.distance * factor).clamp(DISTANCES.0, DISTANCES.1);
+        let distance = (self.distance * factor).clamp(DISTANCE_RANGE.0, DISTANCE_RANGE.1);
         let ratio = distance / self.distance;
         if let Some(fixed) = fixed {
             self.target = fixed + (self.target - fixed) * ratio;
@@ -129,8 +129,8 @@ impl Orbit {
     pub(crate) fn is_valid(&self) -> bool {
         self.target.is_finite()
             && self.yaw.is_finite()
-            && (PITCHES.0..=PITCHES.1).contains(&self.pitch)
-            && (DISTANCES.0..=DISTANCES.1).contains(&self.distance)
+            && (PITCH_RANGE.0..=PITCH_RANGE.1).contains(&self.pitch)
+            && (DISTANCE_RANGE.0..=DISTANCE_RANGE.1).contains(&self.distance)
     }
 
     /// The eye for a picture of a size in points.
@@ -138,7 +138,12 @@ impl Orbit {
         let size = size.max(Vec2::ONE);
         let place = self.target + self.back() * self.distance;
         let view = look_to_mat4(place, -self.back(), self.up());
-        let projection = perspective(FIELD, size.x / size.y, NEAR * self.distance, FAR);
+        let projection = perspective(
+            FIELD_OF_VIEW,
+            size.x / size.y,
+            NEAR_PLANE * self.distance,
+            FAR_PLANE,
+        );
         Eye {
             place,
             size,
@@ -189,15 +194,15 @@ impl Eye {
     /// Points of the screen per metre at a position.
     pub(crate) fn scale(&self, at: Vec3) -> f32 {
         let depth = (at - self.place).length().max(1e-3);
-        self.size.y / (2.0 * (FIELD / 2.0).tan() * depth)
+        self.size.y / (2.0 * (FIELD_OF_VIEW / 2.0).tan() * depth)
     }
 }
 
 impl Ray {
-    /// The point where the ray meets the floor, if it is nearer than [`FAR`].
+    /// The point where the ray meets the floor, if it is nearer than [`FAR_PLANE`].
     pub(crate) fn floor(&self) -> Option<Vec3> {
         let distance = -self.from.z / self.along.z;
-        (distance.is_finite() && distance > 0.0 && distance < FAR).then(|| {
+        (distance.is_finite() && distance > 0.0 && distance < FAR_PLANE).then(|| {
             let at = self.from + self.along * distance;
             Vec3::new(at.x, at.y, 0.0)
         })

@@ -12,9 +12,9 @@ use crate::style::{Style, color_of};
 /// Margin around the text of a label.
 const PADDING: egui::Vec2 = vec2(4.0, 1.5);
 /// Length of the axes in the corner, in points.
-const GIZMO: f32 = 30.0;
+const GIZMO_LENGTH: f32 = 30.0;
 /// Number of ticks on each side of an axis.
-const TICKS: i32 = 20;
+const TICKS_PER_SIDE: i32 = 20;
 
 /// The distance of the grid's lines, in m: a power of ten that suits the distance of the eye.
 pub(crate) fn step(distance: f32) -> f32 {
@@ -48,7 +48,7 @@ pub(crate) fn labels(painter: &Painter, rect: Rect, eye: &Eye, draw_list: &DrawL
 pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: &Style) {
     let faint = color_of(Ink::Faint, style);
     let mut previous: [Option<Pos2>; 2] = [None; 2];
-    for number in (-TICKS..=TICKS).filter(|number| *number != 0) {
+    for number in (-TICKS_PER_SIDE..=TICKS_PER_SIDE).filter(|number| *number != 0) {
         for axis in 0..2 {
             let mut place = Vec3::ZERO;
             place[axis] = number as f32 * step;
@@ -78,13 +78,13 @@ pub(crate) fn ticks(painter: &Painter, rect: Rect, eye: &Eye, step: f32, style: 
 
 /// Draws the directions of x, y and z in the lower right corner.
 pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
-    let middle = rect.right_bottom() - vec2(GIZMO + 16.0, GIZMO + 16.0);
+    let middle = rect.right_bottom() - vec2(GIZMO_LENGTH + 16.0, GIZMO_LENGTH + 16.0);
     let ground = if style.dark {
         Color32::from_black_alpha(70)
     } else {
         Color32::from_white_alpha(120)
     };
-    painter.circle_filled(middle, GIZMO + 11.0, ground);
+    painter.circle_filled(middle, GIZMO_LENGTH + 11.0, ground);
     let back = eye.right.cross(eye.up);
     let mut axes: Vec<_> = Vec3::AXES
         .into_iter()
@@ -93,7 +93,7 @@ pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
         .collect();
     axes.sort_by(|((a, _), _), ((b, _), _)| a.dot(back).total_cmp(&b.dot(back)));
     for ((axis, color), name) in axes {
-        let tip = middle + vec2(axis.dot(eye.right), -axis.dot(eye.up)) * GIZMO;
+        let tip = middle + vec2(axis.dot(eye.right), -axis.dot(eye.up)) * GIZMO_LENGTH;
         painter.line_segment([middle, tip], Stroke::new(2.5, color));
         painter.circle_filled(tip, 7.5, color);
         let color = if style.dark {

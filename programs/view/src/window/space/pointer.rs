@@ -7,11 +7,11 @@ use super::draw_list::Pickable;
 use super::orbit::{Eye, Orbit};
 
 /// Fraction of the picture's height by which a key moves.
-const KEY: f32 = 0.06;
+const KEY_SHARE: f32 = 0.06;
 /// Factor of the distance by which a key zooms in.
 const KEY_ZOOM: f32 = 0.85;
 /// Logarithm of the zoom per point of the wheel. A full turn of the wheel is about 100 points.
-const WHEEL: f32 = 0.0022;
+const WHEEL_ZOOM: f32 = 0.0022;
 
 /// A request of the user other than moving the eye directly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub(crate) fn steer(
     }
     if let Some(pointer) = response.hover_pos() {
         let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-        let factor = (-wheel * WHEEL).exp() / pinch.max(0.01);
+        let factor = (-wheel * WHEEL_ZOOM).exp() / pinch.max(0.01);
         if factor != 1.0 {
             // While following, the robot stays in place on the screen; otherwise the point under the pointer
             // does.
@@ -105,10 +105,10 @@ fn keys(ui: &Ui, orbit: &mut Orbit) -> bool {
         |modifiers: Modifiers, key: Key| ui.input_mut(|input| input.count_and_consume_key(modifiers, key));
     let mut target_moved = false;
     for (key, delta) in [
-        (Key::ArrowLeft, Vec2::new(KEY, 0.0)),
-        (Key::ArrowRight, Vec2::new(-KEY, 0.0)),
-        (Key::ArrowUp, Vec2::new(0.0, KEY)),
-        (Key::ArrowDown, Vec2::new(0.0, -KEY)),
+        (Key::ArrowLeft, Vec2::new(KEY_SHARE, 0.0)),
+        (Key::ArrowRight, Vec2::new(-KEY_SHARE, 0.0)),
+        (Key::ArrowUp, Vec2::new(0.0, KEY_SHARE)),
+        (Key::ArrowDown, Vec2::new(0.0, -KEY_SHARE)),
     ] {
         let (pans, turns) = (pressed(Modifiers::SHIFT, key), pressed(Modifiers::NONE, key));
         if pans > 0 {

@@ -25,9 +25,9 @@ const IMAGE_RATE: Rate = Rate::Hz(10);
 /// Rate of data that changes rarely.
 const SLOW_RATE: Rate = Rate::Hz(5);
 /// Field of view of a camera that does not declare it, in rad: that of a Canon VC-C4.
-const FIELD: f64 = 0.829;
+const DEFAULT_FIELD_OF_VIEW: f64 = 0.829;
 /// Maximum number of poses kept to be compared with the true pose of the same time.
-const POSES: usize = 40;
+const MAX_POSES: usize = 40;
 
 /// State kept from frame to frame.
 #[derive(Default)]
@@ -73,7 +73,7 @@ impl Sampler {
                 robot.trail.add(sample.time, [pose.x, pose.y]);
                 if number == 0 {
                     self.poses.push_back((sample.time, pose));
-                    let surplus = self.poses.len().saturating_sub(POSES);
+                    let surplus = self.poses.len().saturating_sub(MAX_POSES);
                     self.poses.drain(..surplus);
                 }
             }
@@ -199,7 +199,9 @@ impl Sampler {
                 on_head,
                 at: Vec3::from_array(at),
                 yaw: number("yaw").unwrap_or(0.0) as f32,
-                field: number("field_of_view").unwrap_or(FIELD).clamp(0.01, 3.0) as f32,
+                field: number("field_of_view")
+                    .unwrap_or(DEFAULT_FIELD_OF_VIEW)
+                    .clamp(0.01, 3.0) as f32,
                 pixels,
             });
         }

@@ -7,7 +7,7 @@ use super::draw_list::{DrawList, Mesh, placed};
 use crate::style::{Style, exact};
 
 /// Diameter of an arrow's shaft: as a fraction of its length, and its maximum in m.
-const SHAFT: (f32, f32) = (0.04, 0.06);
+const SHAFT_DIAMETER: (f32, f32) = (0.04, 0.06);
 
 /// Adds a shape that is given in `frame`. Its list has been validated.
 pub(crate) fn add(draw_list: &mut DrawList, frame: Affine3A, solid: &Solid, style: &Style) {
@@ -46,7 +46,7 @@ pub(crate) fn add(draw_list: &mut DrawList, frame: Affine3A, solid: &Solid, styl
         }
         Solid::Arrow { from, to, color } => {
             let (from, to) = (point(from), point(to));
-            let shaft_diameter = (SHAFT.0 * from.distance(to)).min(SHAFT.1);
+            let shaft_diameter = (SHAFT_DIAMETER.0 * from.distance(to)).min(SHAFT_DIAMETER.1);
             draw_list.arrow(from, to, shaft_diameter, exact(*color, style));
         }
         Solid::Mesh { corners, color } => {

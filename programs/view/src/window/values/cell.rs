@@ -12,7 +12,7 @@ use super::variable::VariableState;
 use crate::style::{self, Style};
 
 /// Maximum length of a displayed list or structure, in bytes; the rest is cut off.
-const LONGEST: usize = 160;
+const MAX_SHOWN_BYTES: usize = 160;
 
 /// Shows the triangle that folds and unfolds. Returns whether it was clicked.
 pub(super) fn fold(ui: &mut Ui, name: &str, open: bool) -> bool {
@@ -115,7 +115,7 @@ pub(super) fn line(value: &Value, unit: &str, style: &Style) -> String {
 }
 
 fn append(into: &mut String, value: &Value, unit: &str, style: &Style) {
-    if into.len() > LONGEST {
+    if into.len() > MAX_SHOWN_BYTES {
         if !into.ends_with('…') {
             into.push('…');
         }
@@ -132,7 +132,7 @@ fn append(into: &mut String, value: &Value, unit: &str, style: &Style) {
             for (index, value) in list.iter().enumerate() {
                 into.push_str(if index == 0 { "" } else { "  " });
                 append(into, value, unit, style);
-                if into.len() > LONGEST {
+                if into.len() > MAX_SHOWN_BYTES {
                     return;
                 }
             }
@@ -146,7 +146,7 @@ fn append(into: &mut String, value: &Value, unit: &str, style: &Style) {
                 into.push_str(if inner { "(" } else { "" });
                 append(into, value, "", style);
                 into.push_str(if inner { ")" } else { "" });
-                if into.len() > LONGEST {
+                if into.len() > MAX_SHOWN_BYTES {
                     return;
                 }
             }

@@ -8,7 +8,7 @@ use jde_link::Sample;
 use jde_link::message::VariableInfo;
 
 /// Minimum time over which a rate is measured, in ns.
-const WINDOW: u64 = 1_000_000_000;
+const RATE_WINDOW: u64 = 1_000_000_000;
 
 /// The data received of a variable.
 pub(super) struct VariableState {
@@ -40,7 +40,7 @@ impl VariableState {
         match self.begun {
             Some((sequence, time)) if sample.sequence >= sequence && sample.time >= time => {
                 let passed = sample.time - time;
-                if passed >= WINDOW {
+                if passed >= RATE_WINDOW {
                     self.rate = Some((sample.sequence - sequence) as f64 * 1e9 / passed as f64);
                     self.begun = Some((sample.sequence, sample.time));
                 }

@@ -7,10 +7,10 @@ use jde_core::{Nanos, SchemaId};
 use parking_lot::Mutex;
 
 /// Shorter delays than this are those of a machine that is not loaded, ns. The contract's budgets cover them.
-const LEAST: Nanos = 200_000;
+const MIN_DELAY: Nanos = 200_000;
 /// Most delays that are kept, of all schemas together: a machine that delays each of a thousand schemas keeps those of
 /// some periods.
-const KEPT: usize = 4096;
+const MAX_DELAYS: usize = 4096;
 
 /// A turn that began late.
 #[derive(Clone, Copy)]
@@ -28,11 +28,11 @@ pub(crate) struct MachineDelays(Mutex<VecDeque<Delay>>);
 impl MachineDelays {
     /// Records that a turn of an instance, or a timer of the rules, begins at `begun`, `late` after it could.
     pub(crate) fn record(&self, instance: Option<SchemaId>, begun: Nanos, late: Nanos) {
-        if late < LEAST {
+        if late < MIN_DELAY {
             return;
         }
         let mut delays = self.0.lock();
-        if delays.len() == KEPT {
+        if delays.len() == MAX_DELAYS {
             delays.pop_front();
         }
         delays.push_back(Delay {
@@ -90,7 +90,7 @@ mod tests {
         ] {
             delays.record(instance.map(SchemaId), begun * MS, late * MS);
         }
-        delays.record(Some(SchemaId(1)), 25 * MS, LEAST - 1);
+        delays.record(Some(SchemaId(1)), 25 * MS, MIN_DELAY - 1);
         let since = |cause: Nanos| delays.since(cause * MS, SchemaId(1), |instance| instance == SchemaId(2));
         assert_eq!(since(10), (2 + 3 + 5 + 1) * MS);
         assert_eq!(since(22), MS);
@@ -100,9 +100,9 @@ mod tests {
     #[test]
     fn the_newest_delays_are_kept() {
         let delays = MachineDelays::default();
-        for begun in 1..=2 * KEPT as Nanos {
+        for begun in 1..=2 * MAX_DELAYS as Nanos {
             delays.record(Some(SchemaId(1)), begun * MS, MS);
         }
-        assert_eq!(delays.since(0, SchemaId(1), |_| false), KEPT as Nanos * MS);
+        assert_eq!(delays.since(0, SchemaId(1), |_| false), MAX_DELAYS as Nanos * MS);
     }
 }

@@ -88,7 +88,7 @@ proptest! {
     #[test]
     fn bytes_that_are_no_message_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
         assert_ends!(&framed(&bytes), 1000);
-        assert_ends!(&bytes, STEP);
+        assert_ends!(&bytes, ROOM_STEP);
     }
 }
 
@@ -117,14 +117,14 @@ fn a_long_message_that_does_not_arrive_gets_little_room() {
     drop(other);
     let error = wire.receive::<FromChild<'_>>().expect_err("no message");
     assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
-    assert_eq!(wire.input.capacity(), STEP);
+    assert_eq!(wire.input.capacity(), ROOM_STEP);
 }
 
 #[test]
 fn a_message_of_several_steps_arrives_and_its_room_is_not_kept() {
     let _watchdog = Watchdog::for_test();
     let (mut wire, other) = pair();
-    let value = vec![7; 3 * STEP + 5];
+    let value = vec![7; 3 * ROOM_STEP + 5];
     let publish = |value| FromChild::Publish {
         port: 1,
         time: 2,
@@ -145,7 +145,7 @@ fn a_message_of_several_steps_arrives_and_its_room_is_not_kept() {
         }
         sender.join().expect("the sender ends");
     });
-    assert!(wire.input.capacity() <= STEP);
+    assert!(wire.input.capacity() <= ROOM_STEP);
 }
 
 #[test]

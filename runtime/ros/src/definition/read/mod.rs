@@ -29,7 +29,7 @@ const MAX_FIELDS: usize = 1 << 16;
 /// The most fields of one structure. A plugin takes 4096 entries, and there may be a gap before each field.
 const MAX_OWN_FIELDS: usize = 2048;
 /// The longest part of a line in a message, in characters.
-const SHOWN: usize = 80;
+const SHOWN_CHARACTERS: usize = 80;
 
 /// Why a text does not define a type that can be shared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -102,7 +102,7 @@ impl ReadError {
     fn line(line: usize, text: &str) -> Self {
         Self::Line {
             line,
-            text: text.chars().take(SHOWN).collect(),
+            text: text.chars().take(SHOWN_CHARACTERS).collect(),
         }
     }
 

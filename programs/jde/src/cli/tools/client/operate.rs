@@ -22,7 +22,7 @@ use crate::remote::name::split_application;
 use crate::remote::request;
 
 /// How long a hold stays in force without its client.
-const LEASE: Duration = Duration::from_secs(1);
+const HOLD_LEASE: Duration = Duration::from_secs(1);
 /// The interval at which a hold is checked.
 const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -189,7 +189,7 @@ pub(super) fn perform_action(
         // The receiver outlives the listener.
         let _ = interrupt.send(());
     })?;
-    let hold = remote.hold(&request, LEASE)?;
+    let hold = remote.hold(&request, HOLD_LEASE)?;
     writeln!(
         out,
         "{GOOD}{}{GOOD:#} {FAINT}for {:.1} s, or until Ctrl-C{FAINT:#}{}",

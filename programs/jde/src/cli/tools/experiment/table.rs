@@ -12,7 +12,7 @@ use jde_terminal::{BAD, FAINT, GOOD, Style, TITLE, WARN};
 use crate::remote::table::{Alignment, Cell, Table};
 
 /// The space between two columns.
-const GAP: usize = 2;
+const COLUMN_GAP: usize = 2;
 /// Least width of the names of rows, however little room the numbers leave.
 const LEAST_NAME: usize = 16;
 
@@ -286,7 +286,7 @@ impl Group {
             let cells = self.rows.iter().map(|row| columns(&row[column].0));
             match cells.max() {
                 None | Some(0) => 0,
-                Some(widest) => GAP + widest.max(columns(title)),
+                Some(widest) => COLUMN_GAP + widest.max(columns(title)),
             }
         });
         widths.sum()

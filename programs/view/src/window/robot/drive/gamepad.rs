@@ -11,7 +11,7 @@ use super::Sticks;
 use super::lease::BEAT;
 
 /// Fraction of a stick's travel below which it is at rest.
-const DEAD: f32 = 0.12;
+const DEAD_ZONE: f32 = 0.12;
 /// The shoulder buttons.
 const SHOULDERS: [usize; 2] = [9, 10];
 /// Interval at which new gamepads are looked for.
@@ -115,10 +115,10 @@ fn sticks(controls: &Controls) -> Option<Sticks> {
 /// Rescales a stick's position: from 0 at the edge of the dead zone to at most 1.
 fn without_dead_zone(push: Vec2) -> Vec2 {
     let length = push.length();
-    if length < DEAD {
+    if length < DEAD_ZONE {
         return Vec2::ZERO;
     }
-    push / length * ((length - DEAD) / (1.0 - DEAD)).min(1.0)
+    push / length * ((length - DEAD_ZONE) / (1.0 - DEAD_ZONE)).min(1.0)
 }
 
 #[cfg(test)]

@@ -26,9 +26,9 @@ use lease::DriveLease;
 use pad::Pad;
 
 /// Initial speed, in m/s: walking slowly.
-const WALK: f64 = 0.3;
+const WALKING_SPEED: f64 = 0.3;
 /// How long a refusal is shown.
-const SHOWN: Duration = Duration::from_secs(6);
+const REFUSAL_SHOWN: Duration = Duration::from_secs(6);
 
 /// The part of the window for driving by hand.
 pub(super) struct ManualDrive {
@@ -65,7 +65,7 @@ impl ManualDrive {
             since: Instant::now(),
             speed: speed
                 .filter(|speed| speed.is_finite() && *speed > 0.0)
-                .unwrap_or(WALK),
+                .unwrap_or(WALKING_SPEED),
             base: DriveLease::default(),
             head: DriveLease::default(),
             gamepads: None,
@@ -213,7 +213,7 @@ impl ManualDrive {
             .notices()
             .into_iter()
             .rev()
-            .find(|notice| notice.at >= self.since && notice.at.elapsed() < SHOWN);
+            .find(|notice| notice.at >= self.since && notice.at.elapsed() < REFUSAL_SHOWN);
         if let (true, Some(refused)) = (self.on, refused) {
             ui.colored_label(style::color_of(Ink::Bad, style), refused.text);
         }

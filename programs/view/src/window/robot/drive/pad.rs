@@ -11,7 +11,7 @@ use crate::style::{self, Style};
 use crate::tap::tap;
 
 /// Fraction of a deflection that counts as none.
-const DEAD: f32 = 0.06;
+const DEAD_ZONE: f32 = 0.06;
 /// The keys of each direction: right, left, up, down.
 const KEYS: [(Vec2, [Key; 2]); 4] = [
     (vec2(1.0, 0.0), [Key::ArrowRight, Key::D]),
@@ -135,5 +135,5 @@ impl Pad<'_> {
 /// Limits an axis to -1 to 1, with a dead zone around 0.
 fn axis(push: f32) -> f32 {
     let push = push.clamp(-1.0, 1.0);
-    if push.abs() < DEAD { 0.0 } else { push }
+    if push.abs() < DEAD_ZONE { 0.0 } else { push }
 }

@@ -8,9 +8,9 @@ use glam::Vec3;
 use super::super::draw_list::{Corner, FORMS, Mesh};
 
 /// Sides of round meshes: smooth at the size of a robot on a screen.
-const SIDES: usize = 28;
+const ROUND_SIDES: usize = 28;
 /// Rings of a sphere from pole to pole.
-const RINGS: usize = 14;
+const SPHERE_RINGS: usize = 14;
 
 /// The vertices of all meshes, and the range of each.
 pub(super) fn corners() -> (Vec<Corner>, [Range<u32>; FORMS.len()]) {
@@ -53,7 +53,7 @@ fn cube(all: &mut Vec<Corner>) {
 
 /// Adds a surface around z, from the lower to the upper end of each side, closed by discs.
 fn surface_around_z(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
-    for side in 0..SIDES {
+    for side in 0..ROUND_SIDES {
         let [low, high] = ends(side);
         let [next_low, next_high] = ends(side + 1);
         let normal = |side: usize| {
@@ -83,11 +83,11 @@ fn surface_around_z(all: &mut Vec<Corner>, ends: impl Fn(usize) -> [Vec3; 2]) {
 
 fn sphere(all: &mut Vec<Corner>) {
     let point = |side: usize, ring: usize| {
-        let (sin, cos) = (ring as f32 / RINGS as f32 * TAU / 2.0).sin_cos();
+        let (sin, cos) = (ring as f32 / SPHERE_RINGS as f32 * TAU / 2.0).sin_cos();
         (unit_at(side) * sin).with_z(cos)
     };
-    for side in 0..SIDES {
-        for ring in 0..RINGS {
+    for side in 0..ROUND_SIDES {
+        for ring in 0..SPHERE_RINGS {
             let (a, b) = (point(side, ring), point(side + 1, ring));
             let (c, d) = (point(side + 1, ring + 1), point(side, ring + 1));
             for normal in [a, d, c, a, c, b] {
@@ -98,7 +98,7 @@ fn sphere(all: &mut Vec<Corner>) {
 }
 
 fn unit_at(side: usize) -> Vec3 {
-    let (sin, cos) = (side as f32 / SIDES as f32 * TAU).sin_cos();
+    let (sin, cos) = (side as f32 / ROUND_SIDES as f32 * TAU).sin_cos();
     Vec3::new(cos, sin, 0.0)
 }
 
