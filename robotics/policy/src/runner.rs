@@ -1,0 +1,117 @@
+//! One step of a network: numbers in, a decision out, and what it remembers.
+
+use jde_onnx::Network;
+
+use crate::file::{Doubt, Output};
+
+/// What a network decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// Speeds ahead and to the left, m/s, and the turn rate, rad/s, within their bounds.
+    pub command: [f64; 3],
+    /// What the network expects of the future, if the file names it.
+    pub value: Option<f64>,
+    /// How unsure it is, in the unit of the file's `certain`; `None` if the file states no doubt.
+    pub doubt: Option<f64>,
+    /// How sure it is, from 0 to 1; 1 if the file states no doubt.
+    pub certainty: f64,
+}
+
+/// A network with what it remembers.
+#[derive(Debug)]
+pub struct Runner {
+    pub(crate) network: Network,
+    /// For each input of the file, the network's input and the first number there.
+    pub(crate) places: Vec<(usize, usize, usize)>,
+    pub(crate) outputs: Vec<(Output, usize)>,
+    /// Inputs and outputs of the network that are its memory.
+    pub(crate) memory: Vec<(usize, usize)>,
+    pub(crate) value: Option<(usize, usize)>,
+    pub(crate) scores: Option<usize>,
+    /// The doubt, the output that shows it, and the numbers of one member.
+    pub(crate) doubt: Option<(Doubt, usize, usize)>,
+    /// The names of the outputs.
+    pub(crate) names: Vec<String>,
+}
+
+impl Runner {
+    /// Forgets what was before: the memory becomes zeros.
+    pub fn reset(&mut self) {
+        for (input, _) in &self.memory {
+            self.network.input_mut(*input).fill(0.0);
+        }
+    }
+
+    /// Returns what the network decides by an observation. What it remembers changes with each call.
+    ///
+    /// # Errors
+    /// The network gave a number that is not finite. What it remembered is forgotten then, because it may contain it.
+    pub fn step(&mut self, observation: &[f32]) -> Result<Decision, String> {
+        let mut from = 0;
+        for (input, start, count) in &self.places {
+            self.network.input_mut(*input)[*start..][..*count]
+                .copy_from_slice(&observation[from..][..*count]);
+            from += count;
+        }
+        self.network.run().map_err(|error| error.to_string())?;
+        let decision = self.decide();
+        match &decision {
+            Ok(_) => {
+                for (input, output) in self.memory.clone() {
+                    let next = self.network.output(output).to_vec();
+                    self.network.input_mut(input).copy_from_slice(&next);
+                }
+            }
+            Err(_) => self.reset(),
+        }
+        decision
+    }
+
+    fn decide(&self) -> Result<Decision, String> {
+        let used = (self.outputs.iter().map(|(_, output)| *output))
+            .chain(self.memory.iter().map(|(_, output)| *output))
+            .chain(self.value.map(|(output, _)| output))
+            .chain(self.scores)
+            .chain(self.doubt.as_ref().map(|(_, output, _)| *output));
+        for output in used {
+            if let Some(number) = self
+                .network
+                .output(output)
+                .iter()
+                .find(|number| !number.is_finite())
+            {
+                return Err(format!("the network gave {number} in `{}`", self.names[output]));
+            }
+        }
+        let mut command = [0.0; 3];
+        for (output, of) in &self.outputs {
+            let number = self.network.output(*of)[output.pick.index];
+            command[output.axis.index()] = output.command(f64::from(number));
+        }
+        let doubt = self
+            .doubt
+            .as_ref()
+            .map(|(doubt, output, width)| doubt.of(self.network.output(*output), *width));
+        let certainty = self.doubt.as_ref().zip(doubt);
+        Ok(Decision {
+            command,
+            value: self
+                .value
+                .map(|(output, index)| f64::from(self.network.output(output)[index])),
+            doubt,
+            certainty: certainty.map_or(1.0, |((of, ..), doubt)| of.certainty(doubt)),
+        })
+    }
+
+    /// Returns the SHA-256 of the network, in hexadecimal digits.
+    #[must_use]
+    pub fn hash(&self) -> &str {
+        self.network.hash()
+    }
+
+    /// Returns the scores of the last step; none if the file names none.
+    #[must_use]
+    pub fn scores(&self) -> &[f32] {
+        self.scores.map_or(&[], |output| self.network.output(output))
+    }
+}

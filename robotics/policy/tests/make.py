@@ -1,0 +1,78 @@
+"""Writes the networks of the tests of policies: `pip install onnx`, then run this. Their text files are written by hand."""
+
+from pathlib import Path
+
+import numpy as np
+import onnx
+from onnx import TensorProto, helper, numpy_helper
+
+DATA = Path(__file__).with_name("data")
+
+
+def save(name, nodes, inputs, outputs, weights):
+    """Keep a network; inputs and outputs are shapes by name."""
+    ports = [
+        [helper.make_tensor_value_info(port, TensorProto.FLOAT, shape) for port, shape in ports.items()]
+        for ports in (inputs, outputs)
+    ]
+    stored = [numpy_helper.from_array(np.asarray(value), key) for key, value in weights.items()]
+    graph = helper.make_graph(nodes, name, *ports, stored)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=10)
+    onnx.checker.check_model(model)
+    onnx.save(model, DATA / f"{name}.onnx")
+
+
+def main():
+    """Write all networks."""
+    eye = np.eye(2, dtype=np.float32)
+    obs, action = {"obs": ["batch", 2]}, {"action": ["batch", 2]}
+    # Gives what it sees.
+    save("same", [helper.make_node("MatMul", ["obs", "w"], ["action"])], obs, action, {"w": eye})
+    # NaN where it sees less than 0.
+    save("log", [helper.make_node("Log", ["obs"], ["action"])], obs, action, {})
+    # Adds up what it saw.
+    nodes = [helper.make_node("Add", ["obs", "sum"], ["action"]), helper.make_node("Identity", ["action"], ["next"])]
+    save("sum", nodes, {**obs, "sum": [1, 2]}, {**action, "next": [1, 2]}, {})
+    # Three members: they agree where the second number is 0.
+    nodes = [
+        helper.make_node("Mul", ["obs", "factors"], ["scaled"]),
+        helper.make_node("Unsqueeze", ["scaled", "front"], ["members"]),
+        helper.make_node("ReduceMean", ["members"], ["action"], axes=[1], keepdims=0),
+        helper.make_node("ReduceMax", ["obs"], ["value"], axes=[1], keepdims=0),
+    ]
+    factors = np.array([[1, -1], [1, 0], [1, 1]], dtype=np.float32)
+    outputs = {"members": [1, 3, 2], **action, "value": ["batch"]}
+    save("members", nodes, obs, outputs, {"factors": factors, "front": np.array([0], dtype=np.int64)})
+    # Four rays and a point, stacked twice.
+    save("wide", [helper.make_node("MatMul", ["obs", "w"], ["action"])], {"obs": [1, 12]}, action, {"w": np.eye(12, 2, dtype=np.float32)})
+    # Rays of a laser, as guard.toml states them: networks that must touch nothing behind a guard.
+    rays, twist = {"obs": [1, 36]}, {"action": [1, 2]}
+    for seed in (1, 2):
+        random = np.random.default_rng(seed)
+        sizes = [36, 16, 2]
+        weights, nodes, last = {}, [], "obs"
+        for index, (width, height) in enumerate(zip(sizes, sizes[1:])):
+            weights |= {f"w{index}": random.normal(size=(width, height)).astype(np.float32) / 2}
+            nodes.append(helper.make_node("MatMul", [last, f"w{index}"], [f"y{index}"]))
+            last = "action" if index == 1 else f"z{index}"
+            nodes.append(helper.make_node("Tanh", [f"y{index}"], [last]))
+        save(f"random-{seed}", nodes, rays, twist, weights)
+    # At full speed to where something is near.
+    angles = np.linspace(-131.25, 131.25, 36)
+    weights = {
+        "one": np.float32(1.0),
+        "four": np.float32(4.0),
+        "w": np.stack([np.zeros(36), angles / 45], axis=1).astype(np.float32),
+        "b": np.array([9.0, 0.0], dtype=np.float32),
+    }
+    nodes = [
+        helper.make_node("Sub", ["one", "obs"], ["near"]),
+        helper.make_node("Pow", ["near", "four"], ["nearer"]),
+        helper.make_node("Gemm", ["nearer", "w", "b"], ["sum"]),
+        helper.make_node("Tanh", ["sum"], ["action"]),
+    ]
+    save("attack", nodes, rays, twist, weights)
+
+
+if __name__ == "__main__":
+    main()

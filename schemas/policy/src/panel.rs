@@ -1,0 +1,30 @@
+//! The panel: what the policy decided, or why it does not.
+
+use jde_schema::prelude::*;
+
+use crate::onnx::Onnx;
+
+impl Panel for Onnx {
+    fn draw(&self, _: &Context, pen: &mut Pen) {
+        let Some(mind) = self.mind() else {
+            pen.text("It has no policy");
+            return;
+        };
+        match &mind.decided {
+            Err(words) => pen.text(format!("It does not decide: {words}")),
+            Ok(decision) => {
+                let [x, y, turn] = decision.command;
+                pen.text(if self.is_unsure() {
+                    "It does not know what to do here"
+                } else {
+                    "It knows what to do here"
+                });
+                pen.value("Ahead", x, "m/s");
+                pen.value("To the left", y, "m/s");
+                pen.value("Turn rate", turn, "rad/s");
+                pen.value("Sure", decision.certainty, "1");
+            }
+        }
+        pen.text(format!("Network {}", &mind.runner.hash()[..12]));
+    }
+}
