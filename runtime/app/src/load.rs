@@ -65,7 +65,13 @@ fn read(
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut outline = Outline::read(&mut report, document.get_ref(), &file);
     outline.check_files = check_files;
-    let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
+    let plugins = types::resolve(
+        &mut report,
+        &mut outline.drafts,
+        overrides,
+        catalogue,
+        &outline.plugin_dirs,
+    );
     variadic::name_children(&mut report, &mut outline.drafts);
     let folder = file.parent().unwrap_or(Path::new("/"));
     let plugins_and_folder = lists::Sources {

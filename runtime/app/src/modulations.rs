@@ -10,13 +10,14 @@ use super::drafts::{Drafts, InstanceContext};
 use super::literal::parse_node;
 use super::settings::InstanceSettings;
 use super::time;
+use super::types::TYPE;
 use super::values::{Paths, ValueTarget};
 use super::wiring::is_modulation;
 use super::{Binding, Override};
 use jde_document::section::{Node, Section, Text, expect};
 use jde_document::{FaultReport, quote};
 
-/// The only reserved key that an option may set.
+/// The reserved key that an option may set, beside the type.
 const PERIOD: &str = "period";
 
 /// Reads every key of a schema that is a modulation of its type, and reports the unknown ones.
@@ -64,6 +65,9 @@ pub(super) fn from_option(
     bindings: &mut [Binding],
 ) {
     let (section, schema) = (instance.section(), instance.schema);
+    if given.variable == TYPE {
+        return;
+    }
     if given.variable == PERIOD {
         let Some(node) = parse_node(report, &given.value, &f64::describe()) else {
             return;
@@ -73,7 +77,7 @@ pub(super) fn from_option(
     }
     let Some(port) = schema.modulation_named(&given.variable) else {
         let message = format!("{} has no modulation {}", section.label, quote(&given.variable));
-        let known = modulations(schema).chain([PERIOD]);
+        let known = modulations(schema).chain([PERIOD, TYPE]);
         return report
             .fault(&(0..0), message)
             .suggest(&given.variable, "modulations", known);

@@ -11,7 +11,7 @@ use jde_document::quote;
 pub struct Override {
     /// The instance.
     pub schema: String,
-    /// One of its modulations, or `period`.
+    /// One of its modulations, `period` or `type`.
     pub variable: String,
     /// TOML, or a text without its quotes.
     pub value: String,

@@ -2,21 +2,27 @@
 
 use std::cell::OnceCell;
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::Plugin;
 use jde_nearest::nearest;
+use jde_types::Value as _;
 
 use super::drafts::{Drafts, ResolvedType};
-use super::{Catalogue, Unusable};
+use super::literal::parse_node;
+use super::{Catalogue, Override, Unusable};
 use jde_document::section::Text;
 use jde_document::{FaultReport, quote, quote_all};
 
-/// Gives every draft its type, and returns the plugins in use.
+/// The key of a type, and its name in an option.
+pub(super) const TYPE: &str = "type";
+
+/// Gives every draft its type, that of an option instead of that of the file, and returns the plugins in use.
 pub(super) fn resolve(
     report: &mut FaultReport,
     drafts: &mut Drafts,
+    overrides: &[Override],
     catalogue: &dyn Catalogue,
     dirs: &[PathBuf],
 ) -> Vec<Arc<Plugin>> {
@@ -29,7 +35,14 @@ pub(super) fn resolve(
         resolved: HashMap::new(),
     };
     for draft in drafts.list.iter_mut() {
-        if draft.section.get("type").is_none() {
+        let is_of = |given: &&Override| given.schema == draft.name && given.variable == TYPE;
+        if let Some(given) = overrides.iter().rfind(is_of) {
+            draft.resolved = report.in_option(given.to_string(), |report| {
+                types.find_given(report, &draft.section.label, given)
+            });
+            continue;
+        }
+        if draft.section.get(TYPE).is_none() {
             let message = format!("{} has no `type`", draft.section.label);
             let fault = report.fault(&draft.section.span, message);
             let similar = types
@@ -45,7 +58,7 @@ pub(super) fn resolve(
         }
         draft.resolved = draft
             .section
-            .text(report, "type")
+            .text(report, TYPE)
             .and_then(|written| types.find(report, &draft.section.label, &written));
     }
     types.plugins
@@ -71,7 +84,35 @@ fn split(text: &str) -> (&str, Option<&str>) {
     last.map_or((text, None), |(plugin, schema)| (plugin, Some(schema)))
 }
 
+/// Returns a type whose file of Python, if it names one relative to a folder, is that of the folder.
+fn in_folder(text: &str, folder: &Path) -> String {
+    let (plugin, schema) = split(text);
+    let file = folder.join(plugin);
+    match (file.to_str(), schema) {
+        (Some(file), _) if !plugin.ends_with(".py") || !Path::new(file).exists() => text.to_owned(),
+        (Some(file), Some(schema)) => format!("{file}/{schema}"),
+        (Some(file), None) => file.to_owned(),
+        (None, _) => text.to_owned(),
+    }
+}
+
 impl TypeResolver<'_> {
+    /// Finds the type of an option.
+    fn find_given(&mut self, report: &mut FaultReport, what: &str, given: &Override) -> Option<ResolvedType> {
+        let node = parse_node(report, &given.value, &jde_types::Text::<1024>::describe())?;
+        let key = format!("{} of {what}", quote(TYPE));
+        let written = jde_document::section::text(report, &key, &node)?;
+        let text = in_folder(written.text, &given.folder);
+        self.find(
+            report,
+            what,
+            &Text {
+                text: &text,
+                span: 0..0,
+            },
+        )
+    }
+
     fn find(&mut self, report: &mut FaultReport, what: &str, written: &Text) -> Option<ResolvedType> {
         let (plugin, schema) = split(written.text);
         let index = match self.plugin(plugin) {

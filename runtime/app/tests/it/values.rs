@@ -280,7 +280,7 @@ fn a_fault_of_an_option_has_the_option_as_its_location() {
         &["goon.budget=1"],
         r#"
 --set goon.budget=1: schema `goon` has no modulation `budget`
-    help: modulations: `speed` and `period`
+    help: modulations: `speed`, `period` and `type`
 "#,
     );
     check_with(
@@ -288,7 +288,7 @@ fn a_fault_of_an_option_has_the_option_as_its_location() {
         &["stop.laser=pioneer.laser"],
         r#"
 --set stop.laser=pioneer.laser: schema `stop` has no modulation `laser`
-    help: modulations: `period`
+    help: modulations: `period` and `type`
 "#,
     );
     check_with(
@@ -296,6 +296,50 @@ fn a_fault_of_an_option_has_the_option_as_its_location() {
         &["goon.speed=0.3"],
         r#"
 apps/good.toml:35:13: `speed` of schema `goon` is 9 m/s, and at most 1.2 m/s is allowed
+"#,
+    );
+}
+
+#[test]
+fn an_option_may_replace_the_type_of_a_schema() {
+    let of = |option: &str| {
+        let application = application_with(&[], &[option]);
+        let vff = application.instance("vff").expect("it has a schema `vff`");
+        application.plugins[application.instances[vff].plugin]
+            .name
+            .clone()
+    };
+    assert_eq!(of("vff.period=1s"), "nav");
+    assert_eq!(of("vff.type=stop"), "stop");
+    // As an experiment writes it.
+    assert_eq!(of("vff.type=\"stop\""), "stop");
+    check_with(
+        &[(r#"type      = "nav/vff""#, r#"type      = "nav/unknown""#)],
+        &["vff.type=stop"],
+        "no fault",
+    );
+}
+
+#[test]
+fn a_wrong_type_of_an_option_has_the_option_as_its_location() {
+    check_with(
+        &[],
+        &["vff.type=stpo"],
+        r#"
+--set vff.type=stpo: schema `vff`: plugin `stpo` cannot be used: no folder has it
+    help: did you mean `stop`?
+"#,
+    );
+    // What the file says of a schema of another type is a fault of the file.
+    check_with(
+        &[],
+        &["goon.type=stop"],
+        r#"
+apps/good.toml:20:57: `speed` that schema `example` writes to `cruise` is a modulation, and `goon` has none of that name
+apps/good.toml:33:10: schema `goon` leaves `laser` of its imports unbound; it takes `sensor_msgs/msg/LaserScan`
+    help: add imports.laser = "pioneer.laser"
+apps/good.toml:35:1: unknown key `speed` in schema `goon`
+    help: keys: `type`, `period`, `budget`, `hang`, `imports`, `actuators`, `children`, `groups`, `triggers`, `restart`, `isolate` and `doc`
 "#,
     );
 }
