@@ -19,6 +19,7 @@ mod runs;
 mod serve;
 mod values;
 mod views;
+mod worlds;
 
 use jde_core::Nanos;
 use jde_records::RunRecord;
@@ -102,6 +103,8 @@ mod _jde {
     use crate::runs::PythonRun;
     #[pymodule_export]
     use crate::serve::{inspect, serve};
+    #[pymodule_export]
+    use crate::worlds::{OtherWorld, robot_model};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -150,7 +150,7 @@ pub use footprint::{Footprint, Polygon};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
 pub use head::{Head, HeadCommand, HeadConfig};
 pub use import::{ImportedWorld, import};
-pub use model::{LaserModel, RobotModel, SampledSensor};
+pub use model::{LaserModel, Physics, RobotModel, SampledSensor};
 pub use odometer::{Encoders, Odometry, OdometryCovariance};
 pub use robot::Truth;
 pub use sensor::{

@@ -38,6 +38,36 @@ pub struct RobotModel {
     pub head: bool,
     /// Whether it has a battery, that of a [`crate::Battery`].
     pub battery: bool,
+    /// Its masses and wheels, if the file states them.
+    pub physics: Option<Physics>,
+}
+
+/// What a simulator of bodies and forces needs to know of a robot. A [`crate::World`] needs none of it.
+///
+/// Metres in the robot's frame, z from the floor; kilograms; newtons.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Physics {
+    /// Of the whole robot.
+    pub mass: f64,
+    /// The top of its body.
+    pub height: f64,
+    /// Its centre of mass.
+    pub center: [f64; 3],
+    /// Radius of the driven wheels.
+    pub wheel_radius: f64,
+    /// Width of their tyres.
+    pub wheel_width: f64,
+    /// Their places: those with a y above 0 are the left ones.
+    pub wheels: Vec<[f64; 2]>,
+    /// Places where it rests on a caster or a skid.
+    pub casters: Vec<[f64; 2]>,
+    /// Greatest torque of a wheel in N m.
+    pub torque: f64,
+    /// Coefficient of friction of the tyres on the floor.
+    pub friction: f64,
+    /// The factor by which the controller drives its wheels faster in turns than their distance says, because they
+    /// skid: `wheel_separation_multiplier` of `diff_drive_controller`.
+    pub track_multiplier: f64,
 }
 
 /// A laser on a robot.

@@ -162,6 +162,39 @@ fn a_small_robot_has_what_its_file_says_and_nothing_else() {
     assert_eq!(model.lasers[0].period, Some(Duration::from_millis(50)));
 }
 
+const PHYSICS: &str = "
+[physics]
+mass = 3
+height = 0.2
+center = [0, 0, 0.1]
+wheel_radius = 0.03
+wheel_width = 0.02
+wheels = [[0, 0.1], [0, -0.1]]
+torque = 0.5
+";
+
+#[test]
+fn masses_and_wheels_are_optional_and_have_defaults() {
+    let small = RobotModel::parse(SMALL, "r.toml").expect("valid");
+    assert_eq!(small.physics, None);
+    let physics = RobotModel::parse(&format!("{SMALL}{PHYSICS}"), "r.toml").expect("valid");
+    let physics = physics.physics.expect("it states them");
+    assert_eq!(physics.wheels, [[0.0, 0.1], [0.0, -0.1]]);
+    assert_eq!(physics.casters, <[[f64; 2]; 0]>::default());
+    assert_eq!((physics.friction, physics.track_multiplier), (0.8, 1.0));
+}
+
+#[test]
+fn wheels_on_one_side_and_missing_masses_are_faults() {
+    let one_side = PHYSICS.replace("[0, -0.1]]", "[0, 0.2]]");
+    let found = faults(&format!("{SMALL}{one_side}"));
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].contains("needs a wheel on either side"), "{}", found[0]);
+    let massless = PHYSICS.replace("mass = 3\n", "");
+    let found = faults(&format!("{SMALL}{massless}"));
+    assert!(found.len() == 1 && found[0].contains("`mass`"), "{found:#?}");
+}
+
 #[test]
 fn each_kind_of_fault_is_shown_at_its_place() {
     for (line, by, expected) in [

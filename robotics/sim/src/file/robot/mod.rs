@@ -5,6 +5,7 @@
 
 mod drive;
 mod lasers;
+mod physics;
 mod sensors;
 
 use std::path::Path;
@@ -16,7 +17,7 @@ use crate::footprint::{Footprint, Polygon};
 use crate::model::RobotModel;
 use jde_document::{Checked, FaultReport, Faults, Node, Section, WrongValue, quote_all};
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "name",
     "doc",
     "footprint",
@@ -30,6 +31,7 @@ const KEYS: [&str; 13] = [
     "bumpers",
     "head",
     "battery",
+    "physics",
 ];
 
 pub(crate) fn read(text: &str, path: &Path) -> Result<RobotModel, Faults> {
@@ -52,6 +54,7 @@ fn robot(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<RobotModel>
     let position = sensors::position(report, root);
     let bumpers = root.optional(report, "bumpers", false, values::flag);
     let battery = root.optional(report, "battery", false, values::flag);
+    let physics = physics::read(report, root);
     let head = sensors::head(report, root)?;
     let lasers = lasers?;
     let turns = lasers.iter().filter_map(|laser| laser.config.turn);
@@ -73,6 +76,7 @@ fn robot(report: &mut FaultReport<'_>, root: &Section<'_>) -> Option<RobotModel>
         bumpers: bumpers?,
         head: head.is_some(),
         battery: battery?,
+        physics: physics?,
     })
 }
 
