@@ -1,12 +1,18 @@
 //! Guards: schemas that judge the commands of others before they take effect (R18).
 
+mod arm;
 mod footprint;
 mod memory;
 mod panel;
 
+pub use arm::{Arm, ArmState};
 pub use footprint::Footprint;
 
-jde_schema::export!("guard", "Judges commands before they take effect.", [Footprint]);
+jde_schema::export!(
+    "guard",
+    "Judges commands before they take effect.",
+    [Arm, Footprint]
+);
 
 #[cfg(test)]
 mod tests;
