@@ -13,6 +13,7 @@ mod headers;
 mod lints;
 mod manual;
 mod metadata;
+mod mujoco;
 mod package;
 mod paint;
 mod parameters;

@@ -7,8 +7,8 @@ use crate::programs::{self, Job};
 use crate::step::{StepOutcome, TestStep};
 use crate::test::{Context, LINTING_COMPILER};
 use crate::{
-    clusters, counts, demo, extending, headers, lints, manual, package, parameters, peers, prerequisites,
-    pytest, ros2, shell, tidy, tutorial, valgrind,
+    clusters, counts, demo, extending, headers, lints, manual, mujoco, package, parameters, peers,
+    prerequisites, pytest, ros2, shell, tidy, tutorial, valgrind,
 };
 
 /// The benches and the fuzzers are separate workspaces.
@@ -197,6 +197,15 @@ pub(crate) const STEPS: &[TestStep<Context>] = &[
         is_beside: false,
         needs: &["build"],
         run: pytest::run,
+    },
+    TestStep {
+        name: "mujoco",
+        title: "robots that MuJoCo moves: bases with wheels, and an arm",
+        help: "see above; the interpreter with MuJoCo is target/mujoco/bin/python",
+        is_heavy: true,
+        is_beside: false,
+        needs: &["build"],
+        run: mujoco::run,
     },
     TestStep {
         name: "dask",

@@ -1,0 +1,1 @@
+"""Drivers of jde for robots that MuJoCo simulates."""
