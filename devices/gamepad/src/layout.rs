@@ -2,7 +2,7 @@
 //! the numbers of ROS's `game_controller_node`; of a joystick they follow the codes.
 
 /// The axes of the first stick.
-pub(crate) const STICK: [u16; 2] = [0x00, 0x01];
+pub(crate) const LEFT_STICK: [u16; 2] = [0x00, 0x01];
 /// The first button of a joystick (`BTN_JOYSTICK`), and of a gamepad (`BTN_GAMEPAD`).
 pub(crate) const JOYSTICK_BUTTONS: u16 = 0x120;
 pub(crate) const PAD_BUTTONS: u16 = 0x130;
@@ -10,17 +10,17 @@ pub(crate) const PAD_BUTTONS: u16 = 0x130;
 const PAD_BUTTONS_END: u16 = 0x140;
 /// Right stick where the triggers have axes of their own (`ABS_RX`, `ABS_RY`), and the triggers (`ABS_Z`, `ABS_RZ`).
 const RIGHT_STICK: [u16; 2] = [0x03, 0x04];
-const TRIGGERS: [u16; 2] = [0x02, 0x05];
+const TRIGGER_AXES: [u16; 2] = [0x02, 0x05];
 /// Triggers of pads whose right stick has the codes of the triggers (`ABS_BRAKE`, `ABS_GAS`).
-const PEDALS: [u16; 2] = [0x0a, 0x09];
+const PEDAL_AXES: [u16; 2] = [0x0a, 0x09];
 /// Triggers that are buttons (`BTN_TL2`, `BTN_TR2`).
 const TRIGGER_BUTTONS: [u16; 2] = [0x138, 0x139];
 /// Buttons 0 to 10: A, B, X, Y, back, guide, start, the sticks, the shoulders.
-const BUTTONS: [u16; 11] = [
+const NUMBERED_BUTTONS: [u16; 11] = [
     0x130, 0x131, 0x133, 0x134, 0x13a, 0x13c, 0x13b, 0x13d, 0x13e, 0x136, 0x137,
 ];
 /// Buttons 11 to 14, the cross: up, down, left, right. It has buttons, or an axis and the sign on it.
-const CROSS: [(u16, u16, i32); 4] = [
+const CROSS_BUTTONS: [(u16, u16, i32); 4] = [
     (0x220, 0x11, -1),
     (0x221, 0x11, 1),
     (0x222, 0x10, -1),
@@ -85,9 +85,9 @@ impl Layout {
         }
         let has_all = |codes: [u16; 2]| codes.iter().all(|code| axes.contains(code));
         let (right, triggers) = if has_all(RIGHT_STICK) {
-            (RIGHT_STICK, TRIGGERS)
+            (RIGHT_STICK, TRIGGER_AXES)
         } else {
-            (TRIGGERS, PEDALS)
+            (TRIGGER_AXES, PEDAL_AXES)
         };
         let stick = |code: &u16| {
             if axes.contains(code) {
@@ -113,13 +113,17 @@ impl Layout {
             button => button,
         };
         Self {
-            axes: [STICK, right]
+            axes: [LEFT_STICK, right]
                 .iter()
                 .flatten()
                 .map(stick)
                 .chain(triggers.iter().zip(&TRIGGER_BUTTONS).map(trigger))
                 .collect(),
-            buttons: BUTTONS.iter().map(key).chain(CROSS.iter().map(cross)).collect(),
+            buttons: NUMBERED_BUTTONS
+                .iter()
+                .map(key)
+                .chain(CROSS_BUTTONS.iter().map(cross))
+                .collect(),
         }
     }
 

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::layout::{JOYSTICK_BUTTONS, PAD_BUTTONS, STICK};
+use crate::layout::{JOYSTICK_BUTTONS, LEFT_STICK, PAD_BUTTONS};
 
 /// A gamepad or joystick that is connected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ fn pad(folder: &Path, file: &str) -> Option<Pad> {
     let text = |name| fs::read_to_string(folder.join(name)).unwrap_or_default();
     let keys = text("capabilities/key");
     let axes = text("capabilities/abs");
-    let is_pad = STICK.iter().all(|code| has_bit(&axes, *code))
+    let is_pad = LEFT_STICK.iter().all(|code| has_bit(&axes, *code))
         && [PAD_BUTTONS, JOYSTICK_BUTTONS]
             .iter()
             .any(|code| has_bit(&keys, *code));
@@ -64,7 +64,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// The sets of an Xbox pad (driver xpad).
-    const XBOX: (&str, &str) = ("7cdb000000000000 0 0 0 0", "3003f");
+    const XBOX_SETS: (&str, &str) = ("7cdb000000000000 0 0 0 0", "3003f");
 
     pub(crate) fn add(class: &Path, event: &str, name: &str, serial: &str, (keys, axes): (&str, &str)) {
         let device = class.join(event).join("device");
@@ -87,14 +87,14 @@ pub(crate) mod tests {
         let mouse = ("1f0000 0 0 0 0", "0");
         let touchpad = ("e520 10000 0 0 0 0", "2608000 3");
         let joystick = ("fff00000000 0 0 0 0", "3f");
-        add(class.path(), "event10", "Xbox pad", "", XBOX);
+        add(class.path(), "event10", "Xbox pad", "", XBOX_SETS);
         add(class.path(), "event2", "stick", "0007", joystick);
         add(class.path(), "event3", "keyboard", "", keyboard);
         add(class.path(), "event4", "mouse", "", mouse);
         add(class.path(), "event5", "touchpad", "", touchpad);
         add(class.path(), "event6", "motion sensors of a pad", "", ("0", "3f"));
         add(class.path(), "event7", "broken", "", ("no bits", "here"));
-        add(class.path(), "js0", "Xbox pad", "", XBOX);
+        add(class.path(), "js0", "Xbox pad", "", XBOX_SETS);
         let found: Vec<_> = pads(class.path())
             .into_iter()
             .map(|pad| (pad.name, pad.serial, pad.path.display().to_string()))

@@ -16,7 +16,7 @@ use crate::list::{Pad, pads};
 use crate::wanted::Wanted;
 
 /// The kernel's number of input devices.
-const INPUT: u32 = 13;
+const INPUT_MAJOR: u32 = 13;
 
 /// A device of the kernel.
 struct Evdev {
@@ -65,7 +65,7 @@ fn explain(path: &Path, error: &io::Error) -> String {
 fn open_device(path: &Path) -> io::Result<Evdev> {
     // Opening other files can do harm or block.
     let metadata = fs::metadata(path)?;
-    if !metadata.file_type().is_char_device() || major(metadata.rdev()) != INPUT {
+    if !metadata.file_type().is_char_device() || major(metadata.rdev()) != INPUT_MAJOR {
         return Err(io::Error::other("this is not an input device"));
     }
     let device = RawDevice::from_fd(File::open(path)?.into())?;

@@ -3,7 +3,7 @@
 use jde_schema::prelude::*;
 
 /// Gap between two commands after which acceleration starts from zero speed again.
-const PAUSE: Duration = Duration::from_millis(300);
+const RESTART_PAUSE: Duration = Duration::from_millis(300);
 
 /// The limits of a base: those of its speeds ahead and sideways, and of its turn rate.
 pub(crate) struct Limits {
@@ -27,7 +27,7 @@ pub(crate) struct Ramp {
 impl Ramp {
     /// Returns the command for a wish at time `now`, within the limits.
     pub(crate) fn follow(&mut self, now: Duration, wish: &Twist, limits: &Limits) -> Twist {
-        let is_recent = |(_, time): &(Twist, Duration)| now.saturating_sub(*time) <= PAUSE;
+        let is_recent = |(_, time): &(Twist, Duration)| now.saturating_sub(*time) <= RESTART_PAUSE;
         let (last, elapsed) = match self.last.filter(is_recent) {
             Some((last, time)) => (last, now.saturating_sub(time).as_secs_f64()),
             None => (Twist::ZERO, Duration::from_millis(50).as_secs_f64()),

@@ -10,7 +10,7 @@ use std::thread;
 use crate::layout::Controls;
 
 /// Time between two searches.
-const RETRY: Duration = Duration::from_millis(500);
+const SEARCH_INTERVAL: Duration = Duration::from_millis(500);
 
 /// A gamepad that is open.
 pub trait Source: Send {
@@ -171,7 +171,7 @@ impl Link {
         self.state = State::Absent {
             reason,
             search: None,
-            retry_at: now.saturating_add(RETRY),
+            retry_at: now.saturating_add(SEARCH_INTERVAL),
         };
     }
 }

@@ -53,7 +53,7 @@ const FILES: [(&str, &str); 2] = [
 ];
 
 /// The schemas of a gamepad.
-const GAMEPAD: &str = r#"
+const GAMEPAD_SCHEMAS: &str = r#"
 # It is ready only while a person holds the left shoulder button of a gamepad that is plugged into the robot.
 [schemas.gamepad]
 type      = "teleop/gamepad"
@@ -102,7 +102,7 @@ pub(crate) fn write_real_robot(
         String::new()
     };
     let (first_root, gamepad) = if has_gamepad {
-        ("\"gamepad\", ", GAMEPAD)
+        ("\"gamepad\", ", GAMEPAD_SCHEMAS)
     } else {
         ("", "")
     };

@@ -7,8 +7,8 @@ use jde_schema::prelude::*;
 use super::ms;
 use crate::Gamepad;
 
-const ENABLE: usize = 9;
-const TURBO: usize = 10;
+const ENABLE_BUTTON: usize = 9;
+const TURBO_BUTTON: usize = 10;
 
 fn joy(held: &[usize], axes: [f32; 4]) -> Joy {
     let buttons: Vec<i32> = (0..15).map(|number| i32::from(held.contains(&number))).collect();
@@ -49,9 +49,9 @@ fn it_is_ready_while_the_button_is_held_and_only_then() {
     let mut bench = bench();
     hold(&mut bench, &[], [1.0; 4]);
     assert!(!ready(&mut bench), "a stick alone is no wish");
-    hold(&mut bench, &[0, 1, 2, TURBO], [1.0; 4]);
+    hold(&mut bench, &[0, 1, 2, TURBO_BUTTON], [1.0; 4]);
     assert!(!ready(&mut bench), "another button");
-    hold(&mut bench, &[ENABLE], [0.0; 4]);
+    hold(&mut bench, &[ENABLE_BUTTON], [0.0; 4]);
     assert!(ready(&mut bench), "a wish to stand still");
     hold(&mut bench, &[], [0.0, 1.0, 0.0, 0.0]);
     assert!(!ready(&mut bench));
@@ -61,10 +61,10 @@ fn it_is_ready_while_the_button_is_held_and_only_then() {
 #[test]
 fn the_sticks_are_speeds() {
     let mut bench = bench();
-    hold(&mut bench, &[ENABLE], [0.5, 1.0, 0.0, 0.0]);
+    hold(&mut bench, &[ENABLE_BUTTON], [0.5, 1.0, 0.0, 0.0]);
     assert_eq!(commanded(&mut bench), Twist::planar(0.5, 0.5));
-    bench.set("enable_turbo_button", TURBO as i32);
-    hold(&mut bench, &[TURBO], [0.5, 1.0, 0.0, 0.0]);
+    bench.set("enable_turbo_button", TURBO_BUTTON as i32);
+    hold(&mut bench, &[TURBO_BUTTON], [0.5, 1.0, 0.0, 0.0]);
     bench.set("scale_linear_turbo", 0.8);
     assert!(ready(&mut bench), "the turbo button is a dead-man's button too");
     assert_eq!(commanded(&mut bench), Twist::planar(0.8, 0.5));
@@ -72,7 +72,7 @@ fn the_sticks_are_speeds() {
     bench.set("axis_angular", -1);
     bench.set("axis_linear_y", 2);
     bench.set("scale_linear", -0.3);
-    hold(&mut bench, &[ENABLE], [1.0, 1.0, -1.0, 0.5]);
+    hold(&mut bench, &[ENABLE_BUTTON], [1.0, 1.0, -1.0, 0.5]);
     let twist = commanded(&mut bench);
     assert_eq!(
         (twist.linear.x, twist.linear.y, twist.angular.z),
@@ -84,7 +84,7 @@ fn the_sticks_are_speeds() {
 fn a_speed_increases_step_by_step_and_decreases_at_once() {
     let mut bench = bench();
     bench.set("acceleration", 1.0);
-    hold(&mut bench, &[ENABLE], [0.0, 1.0, 0.0, 0.0]);
+    hold(&mut bench, &[ENABLE_BUTTON], [0.0, 1.0, 0.0, 0.0]);
     let step = |bench: &mut Bench<Gamepad>, time| {
         bench.set_now(ms(time));
         bench.iterate().expect("the iteration succeeds");
@@ -96,7 +96,7 @@ fn a_speed_increases_step_by_step_and_decreases_at_once() {
     };
     assert!((step(&mut bench, 1000) - 0.05).abs() < 1e-9);
     assert!((step(&mut bench, 1050) - 0.1).abs() < 1e-9);
-    hold(&mut bench, &[ENABLE], [0.0; 4]);
+    hold(&mut bench, &[ENABLE_BUTTON], [0.0; 4]);
     assert_eq!(step(&mut bench, 1100), 0.0);
 }
 
@@ -104,27 +104,27 @@ fn a_speed_increases_step_by_step_and_decreases_at_once() {
 fn a_pad_that_is_gone_is_a_release_and_needs_the_button_anew() {
     let mut bench = bench();
     let ahead = [0.0, 1.0, 0.0, 0.0];
-    hold(&mut bench, &[ENABLE], ahead);
+    hold(&mut bench, &[ENABLE_BUTTON], ahead);
     assert!(ready(&mut bench));
     bench.retract("joy");
     assert!(!ready(&mut bench), "unplugged, or its driver is dead");
     assert_eq!(commanded(&mut bench), Twist::ZERO);
-    hold(&mut bench, &[ENABLE], ahead);
+    hold(&mut bench, &[ENABLE_BUTTON], ahead);
     assert!(!ready(&mut bench), "it came back with the button held");
     assert_eq!(commanded(&mut bench), Twist::ZERO);
     hold(&mut bench, &[], ahead);
     assert!(!ready(&mut bench));
-    hold(&mut bench, &[ENABLE], ahead);
+    hold(&mut bench, &[ENABLE_BUTTON], ahead);
     assert!(ready(&mut bench), "pressed anew");
 }
 
 #[test]
 fn a_button_that_is_held_from_the_start_does_not_drive() {
     let mut bench = Bench::<Gamepad>::new();
-    hold(&mut bench, &[ENABLE], [1.0; 4]);
+    hold(&mut bench, &[ENABLE_BUTTON], [1.0; 4]);
     assert!(!ready(&mut bench));
     let mut bench = self::bench();
-    hold(&mut bench, &[ENABLE], [1.0; 4]);
+    hold(&mut bench, &[ENABLE_BUTTON], [1.0; 4]);
     assert!(ready(&mut bench));
     bench.sleep().expect("it sleeps");
     bench.awake().expect("it awakes");
@@ -135,13 +135,13 @@ fn a_button_that_is_held_from_the_start_does_not_drive() {
 fn a_position_that_is_not_finite_is_no_wish() {
     let mut bench = bench();
     for axes in [[f32::NAN, 0.0, 0.0, 0.0], [0.0, f32::INFINITY, 0.0, 0.0]] {
-        hold(&mut bench, &[ENABLE], axes);
+        hold(&mut bench, &[ENABLE_BUTTON], axes);
         assert!(!ready(&mut bench));
         assert_eq!(commanded(&mut bench), Twist::ZERO);
     }
-    hold(&mut bench, &[ENABLE], [0.0, 0.0, f32::NAN, 0.0]);
+    hold(&mut bench, &[ENABLE_BUTTON], [0.0, 0.0, f32::NAN, 0.0]);
     assert!(ready(&mut bench), "it reads no such axis");
-    hold(&mut bench, &[ENABLE], [0.0, 9.0, 0.0, 0.0]);
+    hold(&mut bench, &[ENABLE_BUTTON], [0.0, 9.0, 0.0, 0.0]);
     assert_eq!(
         commanded(&mut bench),
         Twist::planar(0.5, 0.0),
@@ -154,7 +154,7 @@ fn a_number_that_the_pad_does_not_have_is_said_once_and_drives_nothing() {
     let mut bench = Bench::<Gamepad>::new();
     bench.set("axis_linear", 5);
     bench.set("enable_turbo_button", 20);
-    for held in [&[][..], &[ENABLE], &[]] {
+    for held in [&[][..], &[ENABLE_BUTTON], &[]] {
         hold(&mut bench, held, [1.0; 4]);
         assert!(!ready(&mut bench));
     }

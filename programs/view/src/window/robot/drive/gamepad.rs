@@ -13,7 +13,7 @@ use super::lease::BEAT;
 /// Fraction of a stick's travel below which it is at rest.
 const DEAD_ZONE: f32 = 0.12;
 /// The shoulder buttons.
-const SHOULDERS: [usize; 2] = [9, 10];
+const SHOULDER_BUTTONS: [usize; 2] = [9, 10];
 /// Interval at which new gamepads are looked for.
 const LIST_INTERVAL: Duration = Duration::from_secs(1);
 
@@ -98,7 +98,7 @@ impl Gamepads {
 /// The sticks, if a shoulder button is held.
 fn sticks(controls: &Controls) -> Option<Sticks> {
     let is_held = |number: &usize| controls.buttons.get(*number) == Some(&true);
-    if !SHOULDERS.iter().any(is_held) {
+    if !SHOULDER_BUTTONS.iter().any(is_held) {
         return None;
     }
     // Those of a pad are positive to the left.
