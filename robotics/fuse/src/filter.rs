@@ -128,27 +128,20 @@ impl Filter {
         let standing = time.min(self.stands);
         self.stands -= standing;
         let moving = time - standing + standing * STANDING_NOISE;
-        // What changes the velocity changes the pose as well: half of the noise acts before the motion, half after it.
-        self.add_noise(time / 2.0, moving / 2.0, noise);
         self.covariance = product(&product(&by, &self.covariance), &transpose(&by));
-        self.add_noise(time / 2.0, moving / 2.0, noise);
-        self.covariance = symmetric(&self.covariance);
-    }
-
-    /// The noise of a time, in which the base may have moved for `moving` s.
-    fn add_noise(&mut self, time: f64, moving: f64, noise: &ProcessNoise) {
-        for (at, growth) in [
-            (X, noise.position),
-            (Y, noise.position),
-            (YAW, noise.yaw),
-            (VX, noise.vx),
-            (VY, noise.vy),
-            (RATE, noise.rate),
-            (BIAS, noise.bias),
-        ] {
-            let time = if at == BIAS { time } else { moving };
-            self.covariance[at][at] += time * growth;
+        // What changes the velocity changes the pose as well. The noise acts in the middle of the motion, as if the
+        // acceleration were constant in it: the discrete model of white noise (Bar-Shalom, Li and Kirubarajan, "Estimation
+        // with applications to tracking and navigation", 2001, 6.3.2). Were each part of the motion another noise, a gyro of
+        // 100 Hz would seem to miss turns between its measurements, and the heading would be known far too little.
+        for (at, growth) in growths(time, moving, noise) {
+            let effect: Numbers = core::array::from_fn(|row| if row == at { 1.0 } else { by[row][at] / 2.0 });
+            for (row, a) in self.covariance.iter_mut().zip(effect) {
+                for (number, b) in row.iter_mut().zip(effect) {
+                    *number += growth * a * b;
+                }
+            }
         }
+        self.covariance = symmetric(&self.covariance);
     }
 
     /// Takes a measurement, unless it is too far from what was expected. `gyro` is the mean of a gyro's turn rates while
@@ -171,7 +164,9 @@ impl Filter {
             stands: 0.0,
             ..before
         };
-        self.add_noise(START_TIME, START_TIME, noise);
+        for (at, growth) in growths(START_TIME, START_TIME, noise) {
+            self.covariance[at][at] += growth;
+        }
         let outcome = self.update_once(measurement, gyro, noise, thresholds);
         if matches!(outcome, Outcome::Refused(_)) {
             *self = before;
@@ -295,4 +290,17 @@ impl Filter {
         self.covariance[BIAS][BIAS] += bias * bias;
         self.covariance[YAW][YAW] += yaw * yaw;
     }
+}
+
+/// How the variances grow in a time, in which the base may have moved for `moving` s.
+fn growths(time: f64, moving: f64, noise: &ProcessNoise) -> [(usize, f64); 7] {
+    [
+        (X, noise.position * moving),
+        (Y, noise.position * moving),
+        (YAW, noise.yaw * moving),
+        (VX, noise.vx * moving),
+        (VY, noise.vy * moving),
+        (RATE, noise.rate * moving),
+        (BIAS, noise.bias * time),
+    ]
 }

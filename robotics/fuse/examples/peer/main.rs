@@ -48,7 +48,7 @@ fn main() -> io::Result<()> {
     for number in 0..drives {
         for (fixes, sum) in [false, true].into_iter().zip(&mut sums) {
             let mut drive = Drive::new(number);
-            drive.has_fixes = fixes;
+            (drive.has_fixes, drive.bias_growth) = (fixes, drive::NOISE.bias);
             LEGS.iter()
                 .for_each(|(seconds, vx, rate)| drive.go(*seconds, *vx, *rate));
             let mut timeline = timeline();

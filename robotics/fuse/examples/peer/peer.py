@@ -70,9 +70,10 @@ def run(lines):
         dt = stamp - now
         if dt > 0:
             F = derivative(lambda s: after(s, dt), f.x)
+            # The noise acts in the middle of the motion.
+            half = derivative(lambda s: after(s, dt / 2), f.x)
             f.x = after(f.x, dt)
-            half = np.diag(GROWTH) * dt / 2
-            f.P = F @ (f.P + half) @ F.T + half
+            f.P = F @ f.P @ F.T + half @ np.diag(GROWTH) @ half.T * dt
             now = stamp
         stands = kind == "wheels" and numbers.pop() > 0
         take(f, kind, numbers)

@@ -53,6 +53,8 @@ pub(crate) struct Drive {
     /// How much more the wheels turn than the base, rad/s.
     pub(crate) slip: f64,
     pub(crate) has_fixes: bool,
+    /// How fast the variance of the gyro's bias grows, (rad/s)²/s.
+    pub(crate) bias_growth: f64,
 }
 
 impl Drive {
@@ -70,6 +72,7 @@ impl Drive {
             stands: Duration::ZERO,
             slip: 0.0,
             has_fixes: true,
+            bias_growth: 0.0,
         };
         let Initial {
             position,
@@ -109,6 +112,9 @@ impl Drive {
     fn step(&mut self, vx: f64, rate: f64) {
         let time = STEP.as_secs_f64();
         self.time += STEP;
+        if self.bias_growth > 0.0 {
+            self.truth.bias += (self.bias_growth * time).sqrt() * self.normal();
+        }
         let truth = &mut self.truth;
         truth.vx += (vx - truth.vx).clamp(-0.5 * time, 0.5 * time);
         truth.rate += (rate - truth.rate).clamp(-2.0 * time, 2.0 * time);
