@@ -8,6 +8,7 @@ mod bench;
 mod clients;
 mod context;
 mod describe;
+mod described;
 mod functions;
 mod layout;
 mod numbers;
@@ -89,6 +90,8 @@ mod _jde {
     use crate::clients::{Lease, RemoteApplication, Watch};
     #[pymodule_export]
     use crate::context::Context;
+    #[pymodule_export]
+    use crate::described::DescribedPolicy;
     #[pymodule_export]
     use crate::layout::Layout;
     #[pymodule_export]

@@ -1,17 +1,16 @@
 //! What a policy observes and commands, as vectors of numbers: the fast way for learning. A run is read and
 //! written without an object of Python for each value.
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Form, Scalar};
 use jde_board::Reader;
-use jde_board::value::{Value, decode_scalar};
 use jde_embed::LivePort;
+use jde_policy::{Numbers, collect};
 use parking_lot::Mutex;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
 use crate::error;
 use crate::runs::PythonRun;
-use crate::values::length;
 
 /// The numbers that a policy observes and commands in one run.
 #[pyclass(frozen, module = "jde", name = "Policy")]
@@ -31,7 +30,7 @@ struct State {
 struct Observed {
     name: String,
     reader: Reader,
-    parts: Vec<Part>,
+    parts: Vec<Numbers>,
     /// How many numbers it has. A sequence has as many as at its first value.
     count: Option<usize>,
 }
@@ -41,15 +40,7 @@ struct Command {
     port: LivePort,
     bytes: Vec<u8>,
     /// The places in the action and in the bytes.
-    numbers: Vec<(usize, Part)>,
-}
-
-/// Numbers of one type, in the bytes of a value. Offsets count from the start of the value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
-    scalar: Scalar,
-    offset: usize,
-    form: Form,
+    numbers: Vec<(usize, Numbers)>,
 }
 
 #[pymethods]
@@ -64,9 +55,8 @@ impl Policy {
         let mut commands: Vec<(String, Command)> = Vec::new();
         for (place, name) in act.iter().enumerate() {
             let (port, path, live) = running.0.find_live(name).map_err(crate::run_error)?;
-            let mut parts = Vec::new();
-            collect(&live.value_type, path, 0, &mut parts).map_err(|wrong| refused(name, &wrong))?;
-            let [part @ Part { form: Form::One, .. }] = parts.as_slice() else {
+            let parts = collect(&live.value_type, path).map_err(|wrong| refused(name, &wrong))?;
+            let [part @ Numbers { form: Form::One, .. }] = parts.as_slice() else {
                 return Err(refused(name, "it is not one number; name a field"));
             };
             let known = commands.iter().position(|(known, _)| known == port);
@@ -130,7 +120,7 @@ impl Policy {
                 let number = action
                     .get(*place)
                     .ok_or_else(|| error("the action has too few numbers"))?;
-                part.write(*number, &mut command.bytes);
+                write(part, *number, &mut command.bytes);
             }
             command.port.value.set(&command.bytes).map_err(error)?;
         }
@@ -151,7 +141,7 @@ impl State {
                 }
                 continue;
             };
-            let of = |part: &Part| part.count(latched.bytes);
+            let of = |part: &Numbers| part.count(latched.bytes);
             let count = *observed
                 .count
                 .get_or_insert_with(|| observed.parts.iter().map(of).sum());
@@ -162,7 +152,7 @@ impl State {
             let read = observed.parts.iter().flat_map(|part| part.read(latched.bytes));
             let mut written = 0;
             for (place, number) in numbers.iter_mut().zip(read) {
-                *place = number;
+                *place = seen(number);
                 written += 1;
             }
             numbers[written..].fill(0.0);
@@ -175,9 +165,7 @@ impl State {
 impl Observed {
     fn new(run: &PythonRun, name: &str) -> PyResult<Self> {
         let (variable, path) = run.0.find(name).map_err(crate::run_error)?;
-        let mut parts = Vec::new();
-        collect(&variable.describe().value_type, path, 0, &mut parts)
-            .map_err(|wrong| refused(name, &wrong))?;
+        let parts = collect(&variable.describe().value_type, path).map_err(|wrong| refused(name, &wrong))?;
         Ok(Self {
             name: name.to_owned(),
             reader: variable.reader("policy"),
@@ -187,111 +175,26 @@ impl Observed {
     }
 }
 
-impl Part {
-    fn count(&self, bytes: &[u8]) -> usize {
-        length(self.form, bytes)
-    }
-
-    fn read<'b>(&self, bytes: &'b [u8]) -> impl Iterator<Item = f32> + use<'b> {
-        let (scalar, offset, step) = (self.scalar, self.offset, self.scalar.bytes());
-        let number = move |index| match decode_scalar(scalar, &bytes[offset + index * step..]) {
-            Value::Bool(value) => f32::from(u8::from(value)),
-            other => match other.as_number() {
-                Some(number) if !number.is_nan() => number as f32,
-                Some(_) | None => 0.0,
-            },
-        };
-        (0..self.count(bytes)).map(number)
-    }
-
-    /// Writes a number, rounded and limited to what the scalar can hold.
-    fn write(&self, number: f64, bytes: &mut [u8]) {
-        let place = &mut bytes[self.offset..][..self.scalar.bytes()];
-        match self.scalar {
-            Scalar::Bool => place.copy_from_slice(&[u8::from(number >= 0.5)]),
-            Scalar::U8 => place.copy_from_slice(&(number.round() as u8).to_ne_bytes()),
-            Scalar::U16 => place.copy_from_slice(&(number.round() as u16).to_ne_bytes()),
-            Scalar::U32 => place.copy_from_slice(&(number.round() as u32).to_ne_bytes()),
-            Scalar::U64 => place.copy_from_slice(&(number.round() as u64).to_ne_bytes()),
-            Scalar::I8 => place.copy_from_slice(&(number.round() as i8).to_ne_bytes()),
-            Scalar::I16 => place.copy_from_slice(&(number.round() as i16).to_ne_bytes()),
-            Scalar::I32 => place.copy_from_slice(&(number.round() as i32).to_ne_bytes()),
-            Scalar::I64 => place.copy_from_slice(&(number.round() as i64).to_ne_bytes()),
-            Scalar::F32 => place.copy_from_slice(&(number as f32).to_ne_bytes()),
-            Scalar::F64 => place.copy_from_slice(&number.to_ne_bytes()),
-        }
-    }
+/// As a policy sees it: NaN is 0.
+fn seen(number: f64) -> f32 {
+    if number.is_nan() { 0.0 } else { number as f32 }
 }
 
-/// Collects the numbers of a structure at `base` that a path names, in their order.
-fn collect(value_type: &Type, path: &str, base: usize, parts: &mut Vec<Part>) -> Result<(), String> {
-    if path.is_empty() {
-        let mut fields = value_type.fields.iter();
-        return fields.try_for_each(|field| collect_field(field, None, "", base, parts));
-    }
-    let (step, rest) = path.split_once('.').unwrap_or((path, ""));
-    let (name, index) = match step.split_once('[') {
-        None => (step, None),
-        Some((name, index)) => {
-            let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
-            (
-                name,
-                Some(index.ok_or_else(|| format!("`{step}` does not have the form `{name}[3]`"))?),
-            )
-        }
-    };
-    let field = value_type.fields.iter().find(|field| field.name == name);
-    let known = || Vec::from_iter(value_type.fields.iter().map(|field| field.name.as_str())).join(", ");
-    let field =
-        field.ok_or_else(|| format!("a {} has no field `{name}`, but {}", value_type.name, known()))?;
-    collect_field(field, index, rest, base, parts)
-}
-
-fn collect_field(
-    field: &Field,
-    index: Option<usize>,
-    rest: &str,
-    base: usize,
-    parts: &mut Vec<Part>,
-) -> Result<(), String> {
-    let (name, capacity) = (&field.name, field.form.capacity());
-    let of = |index: usize| base + field.offset + index * field.kind.bytes();
-    if index.is_some_and(|index| field.form == Form::One || index >= capacity) {
-        return Err(format!("`{name}` has no such element"));
-    }
-    match (&field.kind, field.form, index) {
-        (_, Form::Text { .. }, _) => Err(format!("`{name}` is a text")),
-        (FieldKind::Scalar(_), ..) if !rest.is_empty() => Err(format!("`{name}` has no fields")),
-        (FieldKind::Scalar(scalar), form, index) => {
-            let form = match (index, form) {
-                (Some(_), _) => Form::One,
-                (
-                    None,
-                    Form::Sequence {
-                        capacity,
-                        length_offset,
-                    },
-                ) => Form::Sequence {
-                    capacity,
-                    length_offset: base + length_offset,
-                },
-                (None, other) => other,
-            };
-            let offset = of(index.unwrap_or_default());
-            parts.push(Part {
-                scalar: *scalar,
-                offset,
-                form,
-            });
-            Ok(())
-        }
-        (FieldKind::Struct(_), Form::Sequence { .. }, None) => Err(format!(
-            "the number of `{name}` varies; name one, such as `{name}[0]`"
-        )),
-        (FieldKind::Struct(inner), _, Some(index)) => collect(inner, rest, of(index), parts),
-        (FieldKind::Struct(inner), _, None) => {
-            (0..capacity).try_for_each(|index| collect(inner, rest, of(index), parts))
-        }
+/// Writes a number, rounded and limited to what the scalar can hold.
+fn write(part: &Numbers, number: f64, bytes: &mut [u8]) {
+    let place = &mut bytes[part.offset..][..part.scalar.bytes()];
+    match part.scalar {
+        Scalar::Bool => place.copy_from_slice(&[u8::from(number >= 0.5)]),
+        Scalar::U8 => place.copy_from_slice(&(number.round() as u8).to_ne_bytes()),
+        Scalar::U16 => place.copy_from_slice(&(number.round() as u16).to_ne_bytes()),
+        Scalar::U32 => place.copy_from_slice(&(number.round() as u32).to_ne_bytes()),
+        Scalar::U64 => place.copy_from_slice(&(number.round() as u64).to_ne_bytes()),
+        Scalar::I8 => place.copy_from_slice(&(number.round() as i8).to_ne_bytes()),
+        Scalar::I16 => place.copy_from_slice(&(number.round() as i16).to_ne_bytes()),
+        Scalar::I32 => place.copy_from_slice(&(number.round() as i32).to_ne_bytes()),
+        Scalar::I64 => place.copy_from_slice(&(number.round() as i64).to_ne_bytes()),
+        Scalar::F32 => place.copy_from_slice(&(number as f32).to_ne_bytes()),
+        Scalar::F64 => place.copy_from_slice(&number.to_ne_bytes()),
     }
 }
 

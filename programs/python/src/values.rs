@@ -188,17 +188,6 @@ pub(crate) fn dtype<'py>(py: Python<'py>, value_type: &Type) -> PyResult<Bound<'
     Ok(described)
 }
 
-/// Returns the number of elements of a field of the structure at the start of `bytes`.
-pub(crate) fn length(form: Form, bytes: &[u8]) -> usize {
-    let stated = form
-        .length_offset()
-        .and_then(|offset| bytes[offset..].first_chunk());
-    let capacity = form.capacity();
-    stated.map_or(capacity, |stated| {
-        capacity.min(u32::from_ne_bytes(*stated) as usize)
-    })
-}
-
 /// The code of a scalar in NumPy.
 pub(crate) fn dtype_code(scalar: Scalar) -> &'static str {
     match scalar {

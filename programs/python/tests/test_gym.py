@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
+import gymnasium
 from gymnasium.utils.env_checker import check_env
 
 import jde.gym
@@ -140,3 +141,80 @@ def test_the_policy_of_the_example_is_trained_and_then_drives(
     with jde.run(tmp_path / "reach.toml") as run:
         assert run.until(lambda run: math.hypot(run["robot.truth.pose.x"], run["robot.truth.pose.y"]) < 0.2, within=20)
         assert run.winner("roots") == "policy"
+
+
+POLICY = """
+network = "absent.onnx"
+period  = 0.1
+
+[[input]]
+field = "truth.pose"
+count = 3
+range = [-5, 5]
+stack = 2
+
+[[input]]
+command = "angular.z"
+
+[[output]]
+command = "linear.x"
+bounds  = [0.0, 0.4]
+scale   = "bounds"
+
+[[output]]
+command = "angular.z"
+bounds  = [-1.0, 1.0]
+scale   = "none"
+"""
+
+
+@pytest.fixture
+def described(reach: Path, tmp_path: Path) -> Path:
+    """Return an application whose policy is described by a file; a network is not there yet."""
+    (tmp_path / "policy.toml").write_text(POLICY)
+    for name in ["cart.toml", "empty.toml"]:
+        shutil.copy(reach.with_name(name), tmp_path)
+    text = reach.read_text()
+    start = text.index("[schemas.policy]")
+    schema = (
+        '[schemas.policy]\ntype = "policy/onnx"\nfile = "policy.toml"\n'
+        'inputs = { truth = "robot.truth" }\nactuators = { base = "robot.velocity" }\n'
+    )
+    application = tmp_path / "described.toml"
+    application.write_text(text[:start] + schema)
+    return application
+
+
+def of_file(application: Path, **arguments: Any) -> jde.gym.Env:
+    """Return the environment of a policy that a file describes."""
+    return jde.gym.make(application, policy="policy", reward=lambda env: 0.0, limit=5.0, **arguments)
+
+
+def test_the_file_of_a_policy_states_what_is_observed_and_commanded(described: Path) -> None:
+    env = of_file(described)
+    assert env.observation_space.shape == (7,)
+    assert env.action_space == gymnasium.spaces.Box(-1.0, 1.0, shape=(2,), dtype=np.float32)
+    observation, info = env.reset(seed=1)
+    assert info == {}
+    pose = env.run["robot.truth.pose"]
+    expected = [pose.x / 5, pose.y / 5, pose.theta / 5]
+    assert observation.tolist() == pytest.approx([*expected, *expected, 0.0])
+    observation, _, _, _, _ = env.step(np.array([0.5, 0.25], dtype=np.float32))
+    command = env.run["robot.velocity"]
+    assert (command.linear.x, command.angular.z) == (pytest.approx(0.3), pytest.approx(0.25))
+    assert env.action_of(command).tolist() == pytest.approx([0.5, 0.25])
+    assert observation[:3].tolist() == pytest.approx(expected), "the stack has the value before"
+    assert observation[6] == pytest.approx(0.25), "and the last command is observed"
+
+
+def test_a_step_must_be_that_of_the_file(described: Path) -> None:
+    with pytest.raises(ValueError, match=r"a step is 0.2 s, and the policy's file states 0.1 s"):
+        of_file(described, step=0.2)
+    with pytest.raises(ValueError, match="leave out `observe` and `act`"):
+        of_file(described, observe=POSE)
+
+
+def test_a_role_that_the_application_does_not_bind_is_named(described: Path) -> None:
+    described.write_text(described.read_text().replace("truth =", "truths ="))
+    with pytest.raises(jde.Error, match="binds no variable of this application to `truth`"):
+        of_file(described)

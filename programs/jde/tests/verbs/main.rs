@@ -23,6 +23,7 @@ mod new;
 mod panels;
 mod playing;
 mod plot_and_report;
+mod policies;
 mod recording;
 mod reloading;
 mod replaying;

@@ -12,10 +12,10 @@ use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
 /// The plugins that the tests use.
-pub(crate) const PLUGINS: [&str; 31] = [
+pub(crate) const PLUGINS: [&str; 32] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop", "fault", "see",
     "map", "plan", "drive", "navigate", "guard", "recover", "localize", "explore", "slam", "cover", "people",
-    "follow", "father", "tags", "dock", "guide", "ros2", "base", "lidar",
+    "follow", "father", "tags", "dock", "guide", "ros2", "base", "lidar", "policy",
 ];
 
 /// The output of a process that has ended.

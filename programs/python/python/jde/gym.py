@@ -32,8 +32,9 @@ class Env(gymnasium.Env[Array, Array]):
         self,
         application: str | os.PathLike[str],
         *,
-        observe: Sequence[str] | Mapping[str, Bounds],
-        act: Mapping[str, Bounds],
+        observe: Sequence[str] | Mapping[str, Bounds] = (),
+        act: Mapping[str, Bounds] | None = None,
+        policy: str | None = None,
         reward: Callable[[Env], float],
         terminated: Callable[[Env], bool] | None = None,
         prepare: Callable[[Env], None] | None = None,
@@ -43,11 +44,14 @@ class Env(gymnasium.Env[Array, Array]):
         records: bool = False,
     ) -> None:
         """Load the application, and run it until the size of an observation is known."""
-        mocks = list(dict.fromkeys(name.split(".")[0] for name in act))
+        act = act or {}
+        if policy is not None and (observe or act):
+            raise ValueError("the file of a policy states what it observes and commands; leave out `observe` and `act`")
+        mocks = [policy] if policy is not None else list(dict.fromkeys(name.split(".")[0] for name in act))
         if not mocks:
             raise ValueError("`act` names no number; give {'policy.base.linear.x': (0.0, 0.5)}, for example")
         self._application = Application(application, set=set, mocks=mocks)
-        self._observed, self._acted = list(observe), list(act)
+        self._observed, self._acted, self._schema = list(observe), list(act), policy
         self._reward, self._terminated, self._prepare = reward, terminated, prepare
         self._limit, self._records = limit, records
         self.run: Run
@@ -57,12 +61,21 @@ class Env(gymnasium.Env[Array, Array]):
         self._step = float(self.run[f"{mocks[0]}.period"]) if step is None else step
         #: Steps since the start of the application, and those at which the episode is over.
         self._steps = self._last = 0
+        self._bounds: tuple[Array, Array] | None = None
+        if isinstance(self._policy, _jde.PolicyFile):
+            self._check_step(policy)
+            least, most = np.array(self._policy.action_bounds(), dtype=np.float32).T
+            low, high = np.array(self._policy.observation_bounds(), dtype=np.float32).T
+            self.action_space = gymnasium.spaces.Box(least, most, dtype=np.float32)
+            self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
+            return
         least, most = np.array(list(act.values()), dtype=np.float32).T
         self.action_space = gymnasium.spaces.Box(least, most, dtype=np.float32)
         bounds = list(observe.values()) if isinstance(observe, Mapping) else [(-np.inf, np.inf)] * len(observe)
         low, high = np.repeat(np.array(bounds, dtype=np.float32), self._policy.counts(), axis=0).T
         self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
-        self._bounds = (low, high) if isinstance(observe, Mapping) else None
+        if isinstance(observe, Mapping):
+            self._bounds = (low, high)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Start the application again, with a seed that follows from that of the environment."""
@@ -75,14 +88,16 @@ class Env(gymnasium.Env[Array, Array]):
         self._steps = math.floor(self.run.time / self._step + 1)
         self._last = self._steps + round(self._limit / self._step)
         self.run.until(self._end_of_step())
+        if isinstance(self._policy, _jde.PolicyFile):
+            self._policy.reset()
         self.observation = self._read()
-        return self.observation, {}
+        return self.observation, self._lacks()
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Command the action for the time of a step."""
         # Numbers beyond those that are commanded would have no effect, and missing ones no value.
         if np.shape(action) != self.action_space.shape:
-            names = ", ".join(self._acted)
+            names = ", ".join(self._acted) or f"the outputs of the file of `{self._schema}`"
             raise ValueError(
                 f"the shape of an action is {self.action_space.shape}, for {names}; this one has {np.shape(action)}"
             )
@@ -92,7 +107,7 @@ class Env(gymnasium.Env[Array, Array]):
         self.observation = self._read()
         terminated = not goes_on or (self._terminated is not None and bool(self._terminated(self)))
         truncated = self._steps >= self._last
-        info = {} if goes_on else {"outcome": self.run.outcome}
+        info = self._lacks() if goes_on else {"outcome": self.run.outcome}
         return self.observation, float(self._reward(self)), terminated, truncated, info
 
     def close(self) -> None:
@@ -103,11 +118,45 @@ class Env(gymnasium.Env[Array, Array]):
         if hasattr(self, "run"):
             self.run.close()
         self.run = self._application.run(seed=seed, records=self._records)
+        self._policy: _jde.Policy | _jde.PolicyFile
+        if self._schema is not None:
+            self._policy = self._of_file(self._schema)
+            return
         self._policy = _jde.Policy(self.run._native, self._observed, self._acted)
         while self._policy.observe() is None:
             if self.run.time > PATIENCE or not self.run.step():
                 missing = ", ".join(self._policy.missing())
                 raise _jde.Error(f"no value of {missing} within {PATIENCE} s; is its schema awake?")
+
+    def _of_file(self, schema: str) -> _jde.PolicyFile:
+        """Return the policy of the file that a schema names, as soon as it sees all."""
+        policy = _jde.PolicyFile(self.run._native, schema)
+        while True:
+            policy.observe()
+            if policy.lacks is None:
+                return policy
+            if self.run.time > PATIENCE or not self.run.step():
+                raise _jde.Error(f"within {PATIENCE} s the policy sees not all: {policy.lacks}")
+
+    def _check_step(self, schema: str | None) -> None:
+        """Refuse a step that is not that of the policy's file."""
+        assert isinstance(self._policy, _jde.PolicyFile)
+        if abs(self._step - self._policy.period) > BEFORE:
+            raise ValueError(
+                f"a step is {self._step} s, and the policy's file states {self._policy.period} s; "
+                f"state the same `period` of schema `{schema}`"
+            )
+
+    def action_of(self, twist: Any) -> Array:
+        """Return the action of the policy of a file that would have commanded a velocity, to imitate who drove."""
+        if not isinstance(self._policy, _jde.PolicyFile):
+            raise TypeError("only the policy of a file knows the action of a velocity")
+        command = (twist.linear.x, twist.linear.y, twist.angular.z)
+        return np.array(self._policy.action_of(command), dtype=np.float32)
+
+    def _lacks(self) -> dict[str, Any]:
+        lacks = self._policy.lacks if isinstance(self._policy, _jde.PolicyFile) else None
+        return {} if lacks is None else {"lacks": lacks}
 
     def _end_of_step(self) -> float:
         return self._steps * self._step - BEFORE
@@ -125,6 +174,10 @@ def make(application: str | os.PathLike[str], **arguments: Any) -> Env:
 
     `act` names the numbers that a policy commands, with their bounds: `{"policy.base.linear.x": (0.0, 0.5)}`. The
     policy takes the place of the schema before the first dot, which is always ready; all others run as ever.
+    Or `policy` names a schema of type `policy/onnx`: its text file states what it observes and commands, so that what
+    is trained here drives there. An observation is what goes into the network, and an action what comes out. A step that
+    lacks a value commands nothing, and `info["lacks"]` says what is missing.
+
     `observe` names variables or parts of them, such as `"robot.scan.ranges"`, or states bounds for each, to which
     its numbers are limited. A sequence has as many numbers as at first; NaN is observed as 0.
 
