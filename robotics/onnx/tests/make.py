@@ -75,7 +75,28 @@ def whole(*values):
 
 def elementwise():
     """Functions of single numbers."""
-    for operator in ["Relu", "Tanh", "Sigmoid", "Softplus", "Softsign", "Exp", "Neg", "Abs", "Sin", "Cos", "Erf", "Floor", "Ceil", "Identity", "Reciprocal", "HardSwish", "Elu", "Selu", "LeakyRelu", "HardSigmoid"]:
+    for operator in [
+        "Relu",
+        "Tanh",
+        "Sigmoid",
+        "Softplus",
+        "Softsign",
+        "Exp",
+        "Neg",
+        "Abs",
+        "Sin",
+        "Cos",
+        "Erf",
+        "Floor",
+        "Ceil",
+        "Identity",
+        "Reciprocal",
+        "HardSwish",
+        "Elu",
+        "Selu",
+        "LeakyRelu",
+        "HardSigmoid",
+    ]:
         one(operator.lower(), operator, [[2, 5]], scale=2.0)
     one("elu-alpha", "Elu", [[2, 5]], alpha=0.3)
     one("leakyrelu-alpha", "LeakyRelu", [[2, 5]], alpha=0.3, opset=11)
@@ -123,7 +144,12 @@ def shapes():
     one("transpose", "Transpose", [[2, 3, 4]], perm=[1, 2, 0])
     one("transpose-all", "Transpose", [[2, 3]])
     one("concat", "Concat", [[2, 3, 2], [2, 1, 2]], axis=-2)
-    one("slice", "Slice", [[4, 5]], {"starts": whole(-1, 1), "ends": whole(-100, 4), "axes": whole(0, 1), "steps": whole(-2, 2)})
+    one(
+        "slice",
+        "Slice",
+        [[4, 5]],
+        {"starts": whole(-1, 1), "ends": whole(-100, 4), "axes": whole(0, 1), "steps": whole(-2, 2)},
+    )
     one("slice-plain", "Slice", [[4, 5]], {"starts": whole(1), "ends": whole(1 << 62)})
     one("slice-9", "Slice", [[4, 5]], opset=9, starts=[0, -3], ends=[2, -1])
     one("split", "Split", [[2, 6]], {"parts": whole(1, 5)}, outputs=2, axis=1)
@@ -141,7 +167,9 @@ def shapes():
         helper.make_node("Constant", [], ["rest"], value=numpy_helper.from_array(whole(-1))),
         helper.make_node("Concat", ["row", "rest"], ["sides"], axis=0),
         helper.make_node("Reshape", ["in", "sides"], ["flat"]),
-        helper.make_node("ConstantOfShape", ["sides0"], ["ones"], value=numpy_helper.from_array(np.array([2.5], np.float32))),
+        helper.make_node(
+            "ConstantOfShape", ["sides0"], ["ones"], value=numpy_helper.from_array(np.array([2.5], np.float32))
+        ),
         helper.make_node("Cast", ["sides0"], ["float"], to=TensorProto.FLOAT),
         helper.make_node("Mul", ["ones", "float"], ["scaled"]),
         helper.make_node("Add", ["flat", "scaled"], ["out"]),
@@ -222,7 +250,9 @@ def refusals():
     for opset in [8, 26]:
         refuse(f"opset-{opset}", model([plain], {"in": [1, 2]}, ["out"], opset=opset), f"the network has opset {opset}")
     node = helper.make_node("NonMaxSuppression", ["in", "in"], ["out"], name="boxes")
-    refuse("unknown", model([node], {"in": [1, 2]}, ["out"]), "node `boxes` (NonMaxSuppression): this operator is not run")
+    refuse(
+        "unknown", model([node], {"in": [1, 2]}, ["out"]), "node `boxes` (NonMaxSuppression): this operator is not run"
+    )
     node = helper.make_node("Relu", ["in"], ["out"], name="own", domain="com.example")
     refuse("domain", model([node], {"in": [1, 2]}, ["out"]), "node `own` (Relu): operators of `com.example`")
     node = helper.make_node("MaxPool", ["in"], ["out"], name="pool", kernel_shape=[2], ceil_mode=1)
@@ -231,10 +261,21 @@ def refusals():
     refuse("attribute", model([node], {"in": [1, 2]}, ["out"]), "node `act` (Relu): its attribute `slope`")
     node = helper.make_node("Gemm", ["in", "w"], ["out"], name="layer")
     refuse("unfit", model([node], {"in": [1, 2]}, ["out"], {"w": numbers(3, 2)}), "node `layer` (Gemm): the matrices")
-    refuse("float16", model([node], {"in": [1, 2]}, ["out"], {"w": numbers(2, 2).astype(np.float16)}), "tensor `w`: its numbers are FLOAT16")
-    refuse("double", model([node], {"in": [1, 2]}, ["out"], {"w": numbers(2, 2).astype(np.float64)}), "tensor `w`: its numbers are DOUBLE")
+    refuse(
+        "float16",
+        model([node], {"in": [1, 2]}, ["out"], {"w": numbers(2, 2).astype(np.float16)}),
+        "tensor `w`: its numbers are FLOAT16",
+    )
+    refuse(
+        "double",
+        model([node], {"in": [1, 2]}, ["out"], {"w": numbers(2, 2).astype(np.float64)}),
+        "tensor `w`: its numbers are DOUBLE",
+    )
     quantized = {"w": np.array([[1, 2], [3, 4]], dtype=np.int8), "scale": np.float32(0.1), "zero": np.int8(0)}
-    nodes = [helper.make_node("DequantizeLinear", ["w", "scale", "zero"], ["weights"], name="wide"), helper.make_node("MatMul", ["in", "weights"], ["out"])]
+    nodes = [
+        helper.make_node("DequantizeLinear", ["w", "scale", "zero"], ["weights"], name="wide"),
+        helper.make_node("MatMul", ["in", "weights"], ["out"]),
+    ]
     refuse("int8", model(nodes, {"in": [1, 2]}, ["out"], quantized), "tensor `w`: its numbers are INT8")
     broken = numbers(2, 2)
     broken[1, 0] = np.nan
@@ -244,10 +285,19 @@ def refusals():
     weights = {"w": numbers(1, 15, 3), "r": numbers(1, 15, 5)}
     for direction in ["reverse", "bidirectional"]:
         node = helper.make_node("GRU", ["in", "w", "r"], ["out"], name="gru", hidden_size=5, direction=direction)
-        refuse(direction, model([node], {"in": [3, 1, 3]}, ["out"], weights), f"node `gru` (GRU): `direction` is `{direction}`")
+        refuse(
+            direction,
+            model([node], {"in": [3, 1, 3]}, ["out"], weights),
+            f"node `gru` (GRU): `direction` is `{direction}`",
+        )
     node = helper.make_node("GRU", ["in", "w", "r"], ["out"], name="gru", hidden_size=5, activations=["Relu", "Tanh"])
     refuse("activations", model([node], {"in": [3, 1, 3]}, ["out"], weights), "node `gru` (GRU): `activations`")
-    sub = helper.make_graph([helper.make_node("Relu", ["in"], ["y"])], "then", [], [helper.make_tensor_value_info("y", TensorProto.FLOAT, None)])
+    sub = helper.make_graph(
+        [helper.make_node("Relu", ["in"], ["y"])],
+        "then",
+        [],
+        [helper.make_tensor_value_info("y", TensorProto.FLOAT, None)],
+    )
     node = helper.make_node("If", ["c"], ["out"], name="either", then_branch=sub, else_branch=sub)
     refuse("if", model([node], {"in": [1, 2], "c": [1]}, ["out"]), "node `either` (If): this operator is not run")
     node = helper.make_node("Relu", ["elsewhere"], ["out"], name="act")
@@ -263,7 +313,9 @@ def refusals():
         ("absent", "absent.data", "which cannot be read"),
         ("short", "external.data", "ends before its weights"),
     ]:
-        made = model([helper.make_node("Gemm", ["in", "w"], ["out"])], {"in": [1, 200]}, ["out"], {"w": numbers(200, 200)})
+        made = model(
+            [helper.make_node("Gemm", ["in", "w"], ["out"])], {"in": [1, 200]}, ["out"], {"w": numbers(200, 200)}
+        )
         tensor = made.graph.initializer[0]
         tensor.ClearField("raw_data")
         tensor.data_location = TensorProto.EXTERNAL

@@ -44,7 +44,13 @@ def main():
     outputs = {"members": [1, 3, 2], **action, "value": ["batch"]}
     save("members", nodes, obs, outputs, {"factors": factors, "front": np.array([0], dtype=np.int64)})
     # Four rays and a point, stacked twice.
-    save("wide", [helper.make_node("MatMul", ["obs", "w"], ["action"])], {"obs": [1, 12]}, action, {"w": np.eye(12, 2, dtype=np.float32)})
+    save(
+        "wide",
+        [helper.make_node("MatMul", ["obs", "w"], ["action"])],
+        {"obs": [1, 12]},
+        action,
+        {"w": np.eye(12, 2, dtype=np.float32)},
+    )
     # Rays of a laser, as guard.toml states them: networks that must touch nothing behind a guard.
     rays, twist = {"obs": [1, 36]}, {"action": [1, 2]}
     for seed in (1, 2):
