@@ -1,8 +1,8 @@
 """Compares the filter and one of filterpy on a recorded drive: a Husky with wheels, a gyro and a satellite receiver (the bag
 test/test1.bag of the project robot_localization, which is not part of this one).
 
-    cargo build --release -p jde-fuse --example log
-    pip install filterpy rosbags && python3 robotics/fuse/examples/log/log.py test1.bag target/release/examples/log
+    cargo build --release -p jde-fuse --example recorded
+    pip install filterpy rosbags && python3 robotics/fuse/examples/recorded/recorded.py test1.bag target/release/examples/recorded
 """
 
 import math

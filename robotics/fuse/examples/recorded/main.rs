@@ -1,4 +1,4 @@
-//! Runs the filter on the measurements of a recorded drive, with what `fuse/ekf` has as its defaults. `log.py` beside it writes
+//! Runs the filter on the measurements of a recorded drive, with what `fuse/ekf` has as its defaults. `recorded.py` beside it writes
 //! them, runs another filter on the same, and compares both with positions that neither has seen.
 //!
 //! Each line is a time in s, a kind, and numbers: `start` (x, y, heading, their deviations), `turn` (rad/s, variance), `wheels`
