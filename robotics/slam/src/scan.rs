@@ -11,6 +11,12 @@ const GAP: (f32, f32) = (0.15, 5.0);
 /// The deviation of points across a line, as a share of that along it.
 const FLAT: f32 = 0.3;
 
+/// So many beams beside each other must meet nothing for one of them to say that nothing is there: some lasers say the same of a
+/// beam that comes back from a dark or an oblique surface too weakly.
+const FREE_BEAMS: (f64, f64) = (2.0, 5.0);
+/// Within these limits, so many that they are as wide as this, rad.
+const FREE_WIDTH: f64 = 0.09;
+
 /// The angle from which on beams are on all sides, rad.
 const ALL_AROUND: f64 = 0.97 * core::f64::consts::TAU;
 /// In how many directions a scan keeps how far it sees: as wide as a beam of a coarse laser.
@@ -93,6 +99,8 @@ impl Scan {
             })
             .collect();
         let increment = scan.angle_increment.abs();
+        let least = (FREE_WIDTH / f64::from(increment)).clamp(FREE_BEAMS.0, FREE_BEAMS.1);
+        let ends = without_lone(&ends, scan.ranges.len(), least as usize);
         let mut read = Self::of_ends(&ends, increment, start, most);
         read.view = f64::from(increment) * scan.ranges.len() as f64;
         read
@@ -214,6 +222,21 @@ impl Scan {
     pub fn is_enough(&self) -> bool {
         self.points.len() >= MIN_POINTS
     }
+}
+
+/// The ends without those beams that met nothing beside fewer than `least` others, of a scan of so many beams.
+fn without_lone(ends: &[End], beams: usize, least: usize) -> Vec<End> {
+    let mut is_free = vec![false; beams];
+    for &(beam, ..) in ends.iter().filter(|(_, range, _)| range.is_infinite()) {
+        is_free[beam] = true;
+    }
+    let mut kept = vec![true; beams];
+    let mut first = 0;
+    for run in is_free.chunk_by(|a, b| a == b) {
+        kept[first..first + run.len()].fill(!run[0] || run.len() >= least);
+        first += run.len();
+    }
+    ends.iter().filter(|(beam, ..)| kept[*beam]).copied().collect()
 }
 
 /// In which of the directions from a laser a place is, and how far, m.
@@ -344,6 +367,28 @@ mod tests {
             Scan::default()
         );
         assert_eq!(read(&[]), Scan::default());
+    }
+
+    #[test]
+    fn a_beam_that_nothing_came_back_from_between_others_that_met_a_wall_says_nothing() {
+        let mut ranges = wall();
+        (ranges[10], ranges[20], ranges[21]) = (f32::INFINITY, f32::INFINITY, 30.0);
+        let scan = read(&ranges);
+        assert_eq!((scan.points().len(), scan.free().len()), (47, 0));
+        ranges[30..34].fill(f32::INFINITY);
+        let scan = read(&ranges);
+        assert_eq!((scan.points().len(), scan.free().len()), (43, 4), "a door");
+        // A laser of few beams sees a door by two of them.
+        let mut coarse = laser(&ranges);
+        coarse.angle_increment = 0.04;
+        coarse.state_last_angle();
+        let scan = Scan::new(&coarse, |_| Pose2D::ORIGIN, 360, 20.0);
+        assert_eq!((scan.points().len(), scan.free().len()), (43, 6));
+        // Most beams of a hall meet nothing.
+        let mut ranges = [f32::INFINITY; 50];
+        (ranges[10], ranges[40]) = (f32::NAN, 5.0);
+        let scan = read(&ranges);
+        assert_eq!((scan.points().len(), scan.free().len()), (1, 48));
     }
 
     #[test]
