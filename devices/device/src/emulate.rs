@@ -181,6 +181,23 @@ impl<S: Schema> DriverTest<S> {
     }
 }
 
+/// Sets modulations of a driver that is not awake, and returns why it refuses to awake. The check before the start must say
+/// the same.
+///
+/// # Panics
+/// If it awakes, or the check says something else.
+#[must_use]
+pub fn refusal<S: Schema>(set: impl FnOnce(&mut Bench<S>)) -> String {
+    let mut bench = Bench::new();
+    set(&mut bench);
+    let problems = bench.inspect().expect("it inspects");
+    let reason = bench.awake().expect_err("the setting is invalid").reason;
+    let errors = problems.iter().filter(|problem| !problem.unavailable);
+    let errors: Vec<_> = errors.map(|problem| &*problem.words).collect();
+    assert_eq!(errors, [&*reason], "the check before the start says the same");
+    reason
+}
+
 impl<S: Schema> core::fmt::Debug for DriverTest<S> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "DriverTest of {}", self.bench.description().name)

@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::thread;
 
-use jde_device::emulate::{DriverTest, EmulatedDevice};
+use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 use jde_schema::bench::Bench;
 
 use super::*;
@@ -106,16 +106,7 @@ fn the_laser_is_off_while_the_driver_sleeps() {
 
 #[test]
 fn invalid_settings_are_refused_before_the_port_is_opened() {
-    let refused = |port: &str| {
-        let mut bench = Bench::<Scip2>::new();
-        bench.set("port", Text::<256>::new(port));
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        let errors = problems.iter().filter(|problem| !problem.unavailable);
-        let errors: Vec<_> = errors.map(|problem| &*problem.words).collect();
-        assert_eq!(errors, [&*reason], "an inspection reports the same");
-        reason
-    };
+    let refused = |port: &str| refusal::<Scip2>(|bench| bench.set("port", Text::<256>::new(port)));
     assert!(refused("").contains("give it one"));
     assert!(refused("/dev/ttyACM0").contains("serial:PATH@BAUD"));
     assert!(refused("serial:/dev/ttyACM0@1000000").contains("750000 baud at most"));

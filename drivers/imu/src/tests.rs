@@ -4,8 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use jde_device::Protocol;
-use jde_device::emulate::{DriverTest, EmulatedDevice};
-use jde_schema::bench::Bench;
+use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 use proptest::prelude::*;
 
 use super::*;
@@ -71,18 +70,7 @@ fn a_unit_behind_a_serial_server_is_found_again_after_every_fault() {
 
 #[test]
 fn invalid_settings_are_refused_before_the_port_is_opened() {
-    let refused = |port: &str| {
-        let mut bench = Bench::<Wit>::new();
-        bench.set("port", Text::<256>::new(port));
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        assert!(
-            problems
-                .iter()
-                .any(|problem| !problem.unavailable && *problem.words == *reason)
-        );
-        reason
-    };
+    let refused = |port: &str| refusal::<Wit>(|bench| bench.set("port", Text::<256>::new(port)));
     assert!(refused("").contains("serial:/dev/ttyUSB0@115200"));
     assert!(refused("/dev/ttyUSB0").contains("serial:PATH@BAUD"));
 }

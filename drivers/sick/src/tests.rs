@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::thread;
 
-use jde_device::emulate::{DriverTest, EmulatedDevice};
+use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 use jde_schema::bench::Bench;
 
 use super::*;
@@ -107,15 +107,10 @@ fn the_scanner_stops_while_the_driver_sleeps() {
 #[test]
 fn invalid_settings_are_refused_before_the_port_is_opened() {
     let refused = |set: fn(&mut Bench<Lms2xx>)| {
-        let mut bench = Bench::<Lms2xx>::new();
-        bench.set("port", Text::<256>::new("serial:/dev/no-such-line@9600"));
-        set(&mut bench);
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        let errors = problems.iter().filter(|problem| !problem.unavailable);
-        let errors: Vec<_> = errors.map(|problem| &*problem.words).collect();
-        assert_eq!(errors, [&*reason], "an inspection reports the same");
-        reason
+        refusal(|bench| {
+            bench.set("port", Text::<256>::new("serial:/dev/no-such-line@9600"));
+            set(bench);
+        })
     };
     assert!(refused(|bench| bench.set("port", Text::<256>::EMPTY)).contains("give it one"));
     assert!(

@@ -5,7 +5,7 @@ pub(crate) mod board;
 use std::fs;
 use std::os::unix::fs::symlink;
 
-use jde_device::emulate::{DriverTest, EmulatedDevice};
+use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 use jde_schema::bench::Bench;
 
 use super::*;
@@ -207,14 +207,7 @@ fn the_driver_reconnects_when_the_plug_is_pulled_and_refuses_another_board_at_it
 
 #[test]
 fn invalid_settings_are_refused_before_the_port_is_opened() {
-    let refused = |port: &str| {
-        let mut bench = Bench::<Serial>::new();
-        bench.set("port", Text::<256>::new(port));
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        assert!(problems.iter().any(|problem| *problem.words == *reason));
-        reason
-    };
+    let refused = |port: &str| refusal::<Serial>(|bench| bench.set("port", Text::<256>::new(port)));
     assert!(refused("").contains("serial:/dev/ttyUSB0@115200"));
     assert!(refused("/dev/ttyUSB0").contains("serial:PATH@BAUD"));
 }

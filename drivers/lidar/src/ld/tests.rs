@@ -3,8 +3,7 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 
-use jde_device::emulate::{DriverTest, EmulatedDevice};
-use jde_schema::bench::Bench;
+use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 
 use super::emulator::{EmulatedLd, Fault};
 use super::*;
@@ -88,18 +87,7 @@ fn the_driver_reconnects_when_the_plug_is_pulled_and_put_back() {
 
 #[test]
 fn invalid_settings_are_refused_before_the_port_is_opened() {
-    let refused = |port: &str| {
-        let mut bench = Bench::<Ld>::new();
-        bench.set("port", Text::<256>::new(port));
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        assert!(
-            problems
-                .iter()
-                .any(|problem| !problem.unavailable && *problem.words == *reason)
-        );
-        reason
-    };
+    let refused = |port: &str| refusal::<Ld>(|bench| bench.set("port", Text::<256>::new(port)));
     assert!(refused("").contains("serial:/dev/ttyUSB0@230400"));
     assert!(refused("/dev/ttyUSB0").contains("serial:PATH@BAUD"));
 }

@@ -4,8 +4,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::thread;
 
-use jde_device::emulate::{DriverTest, EmulatedDevice};
-use jde_schema::bench::Bench;
+use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 
 use super::emulator::{EmulatedRplidar, Fault};
 use super::*;
@@ -90,23 +89,16 @@ fn a_lidar_that_returns_at_another_adapter_is_not_taken_for_the_first() {
 #[test]
 fn invalid_settings_are_refused_before_the_port_is_opened() {
     let refused = |settings: &[(&str, &str)]| {
-        let mut bench = Bench::<Rplidar>::new();
-        bench.set("port", Text::<256>::new("tcp:192.168.0.10:4001"));
-        for (name, value) in settings {
-            match *name {
-                "serial_number" => bench.set(name, Text::<64>::new(value)),
-                "scan_mode" => bench.set(name, Text::<16>::new(value)),
-                _ => bench.set(name, Text::<256>::new(value)),
+        refusal::<Rplidar>(|bench| {
+            bench.set("port", Text::<256>::new("tcp:192.168.0.10:4001"));
+            for (name, value) in settings {
+                match *name {
+                    "serial_number" => bench.set(name, Text::<64>::new(value)),
+                    "scan_mode" => bench.set(name, Text::<16>::new(value)),
+                    _ => bench.set(name, Text::<256>::new(value)),
+                }
             }
-        }
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        assert!(
-            problems
-                .iter()
-                .any(|problem| !problem.unavailable && *problem.words == *reason)
-        );
-        reason
+        })
     };
     assert!(refused(&[("port", "")]).contains("serial:/dev/ttyUSB0@115200"));
     assert!(refused(&[("port", "/dev/ttyUSB0")]).contains("serial:PATH@BAUD"));

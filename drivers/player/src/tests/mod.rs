@@ -7,7 +7,7 @@ mod server;
 use core::f64::consts::FRAC_PI_2;
 use std::thread;
 
-use jde_device::emulate::{DriverTest, EmulatedDevice, Emulator};
+use jde_device::emulate::{DriverTest, EmulatedDevice, Emulator, refusal};
 use jde_schema::bench::Bench;
 
 use super::*;
@@ -248,16 +248,10 @@ fn a_server_without_the_named_device_is_a_loss_that_names_those_it_has() {
 #[test]
 fn invalid_settings_are_errors_before_the_port_is_opened() {
     let error = |key: &str, text: &str| {
-        let mut bench = Bench::<Robot>::new();
-        match key {
+        refusal::<Robot>(|bench| match key {
             "port" => bench.set(key, Text::<256>::new(text)),
             _ => bench.set(key, Text::<28>::new(text)),
-        }
-        let problems = bench.inspect().expect("it inspects");
-        let reason = bench.awake().expect_err("the setting is invalid").reason;
-        let messages: Vec<_> = problems.iter().map(|problem| &*problem.words).collect();
-        assert_eq!(messages, [&*reason], "an inspection reports the same");
-        reason
+        })
     };
     assert!(error("port", "").contains("tcp:HOST:PORT"));
     assert!(error("port", "serial:/dev/ttyUSB0@9600").contains("tcp:HOST:6665"));
