@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use jde_isolation::Program;
 use jde_isolation::descendants::{Descendants, end_after};
@@ -21,6 +21,8 @@ use crate::drive::unjudged;
 use crate::experiment::Experiment;
 use crate::result::{DriveResult, Outcome};
 
+/// How often a waiting job looks whether its drive is aborted.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// The lines of standard error that are kept to explain a death.
 const KEPT_LINES: usize = 20;
 /// The most bytes of such a line.
@@ -55,13 +57,15 @@ pub struct PoolOptions<'p> {
     pub limit: Duration,
     /// Set when no further drive is to begin.
     pub stop: &'p AtomicBool,
+    /// Set when the drives under way are of no use any more, and end at once.
+    pub abort: &'p AtomicBool,
 }
 
 /// Runs these drives, and calls `on_result` with each result on the calling thread, in the order in which
 /// they end.
 ///
 /// # Errors
-/// A process cannot be started, or refuses its experiment.
+/// A process cannot be started, or refuses its experiment. [`io::ErrorKind::Interrupted`] if a drive was aborted.
 pub fn run(
     experiments: &[PoolExperiment<'_>],
     tasks: &[Task],
@@ -73,7 +77,7 @@ pub fn run(
         let mut waiting = waiting.lock();
         waiting
             .pop_front()
-            .filter(|_| !options.stop.load(Ordering::Relaxed))
+            .filter(|_| !options.stop.load(Ordering::Relaxed) && !options.abort.load(Ordering::Relaxed))
     };
     thread::scope(|scope| {
         let (sender, results) = mpsc::channel();
@@ -82,7 +86,7 @@ pub fn run(
             scope.spawn(move || {
                 let mut worker = None;
                 while let Some(task) = next() {
-                    let result = run_drive(&experiments[task.experiment], task, &mut worker, options.limit);
+                    let result = run_drive(&experiments[task.experiment], task, &mut worker, options);
                     let is_fatal = result.is_err();
                     // The receiver is gone after an error, which ends all jobs.
                     if sender.send((task, result)).is_err() || is_fatal {
@@ -107,7 +111,7 @@ fn run_drive(
     PoolExperiment { experiment, program }: &PoolExperiment<'_>,
     task: Task,
     worker: &mut Option<(usize, Worker)>,
-    limit: Duration,
+    options: &PoolOptions<'_>,
 ) -> io::Result<DriveResult> {
     let serving = worker
         .take()
@@ -117,7 +121,7 @@ fn run_drive(
         None => Worker::start(program)?,
     };
     let failed = |outcome, why| Ok(unjudged(experiment, task.drive, outcome, why));
-    match running.drive(task, limit) {
+    match running.drive(task, options.limit, options.abort) {
         Ok(line) => match DriveResult::from_json(&line, &experiment.columns) {
             Some(result) if result.drive == task.drive => {
                 *worker = Some((task.experiment, running));
@@ -125,9 +129,13 @@ fn run_drive(
             }
             Some(_) | None => failed(Outcome::Broken, format!("its process answered `{line}`")),
         },
+        Err(RecvTimeoutError::Timeout) if options.abort.load(Ordering::Relaxed) => Err(io::Error::new(
+            io::ErrorKind::Interrupted,
+            "the drives were aborted",
+        )),
         Err(RecvTimeoutError::Timeout) => {
             running.kill();
-            let seconds = limit.as_secs_f64();
+            let seconds = options.limit.as_secs_f64();
             failed(
                 Outcome::Hung,
                 format!("it took longer than {seconds} s of the machine"),
@@ -221,14 +229,22 @@ impl Worker {
         })
     }
 
-    /// Requests a drive, and waits for its result.
-    fn drive(&mut self, task: Task, limit: Duration) -> Result<String, RecvTimeoutError> {
+    /// Requests a drive, and waits for its result, at most for `limit` and until it is aborted.
+    fn drive(&mut self, task: Task, limit: Duration, abort: &AtomicBool) -> Result<String, RecvTimeoutError> {
         // If the process is dead already, its answer is missing.
         if let Some(input) = &mut self.input {
             let seed = task.seed.map_or_else(String::new, |seed| format!(" {seed}"));
             let _ = writeln!(input, "{}{seed}", task.drive);
         }
-        self.answers.recv_timeout(limit)
+        let begin = Instant::now();
+        loop {
+            let remaining = limit.saturating_sub(begin.elapsed());
+            match self.answers.recv_timeout(remaining.min(POLL_INTERVAL)) {
+                Err(RecvTimeoutError::Timeout)
+                    if remaining > POLL_INTERVAL && !abort.load(Ordering::Relaxed) => {}
+                answer => return answer,
+            }
+        }
     }
 
     fn kill(&mut self) {
@@ -293,7 +309,17 @@ mod tests {
         let _watchdog = Watchdog::for_test();
         let mut worker =
             worker(r"printf 'caf\351\n' >&2; read -r _; seq 20000 >&2 || exit 9; echo answer; read -r _");
-        assert_eq!(worker.drive(TASK, Duration::MAX), Ok("answer".to_owned()));
+        let abort = AtomicBool::new(false);
+        assert_eq!(worker.drive(TASK, Duration::MAX, &abort), Ok("answer".to_owned()));
+    }
+
+    #[test]
+    fn a_drive_that_is_aborted_ends_although_its_process_does_not_answer() {
+        let _watchdog = Watchdog::for_test();
+        let mut worker = worker("read -r _; while :; do sleep 1; done");
+        let abort = AtomicBool::new(true);
+        let answer = worker.drive(TASK, Duration::MAX, &abort);
+        assert_eq!(answer, Err(RecvTimeoutError::Timeout));
     }
 
     #[test]
@@ -301,7 +327,7 @@ mod tests {
         let _watchdog = Watchdog::for_test();
         // Neither its group nor its environment shows where the other process comes from.
         let mut worker = worker("read -r _; env -i setsid sleep 3600 & echo $! >&2; kill -ABRT $$");
-        let answer = worker.drive(TASK, Duration::MAX);
+        let answer = worker.drive(TASK, Duration::MAX, &AtomicBool::new(false));
         assert_eq!(answer, Err(RecvTimeoutError::Disconnected));
         let (status, last) = worker.end().expect("it is reaped");
         assert_eq!(status.signal(), Some(6));

@@ -1,6 +1,6 @@
 //! The process of a job: it runs the drives whose numbers it reads, one line each with the seed if it is
 //! another than the drive's own, and answers each with the line of its result. It ends at the end of its
-//! input.
+//! input, and at once when its parent is gone.
 
 use std::fs::File;
 use std::io::{self, BufRead, Write};
@@ -8,7 +8,11 @@ use std::path::{Path, PathBuf};
 
 use jde_host::Options;
 use jde_isolation::Program;
-use rustix::process::{Resource, Rlimit, setrlimit};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
+use rustix::process::{
+    PidfdFlags, Resource, Rlimit, Signal, getpid, getppid, kill_process, pidfd_open, setrlimit,
+};
 
 use crate::applications::Applications;
 use crate::drive::{PreparedDrive, unjudged};
@@ -60,6 +64,7 @@ pub fn serve(
     inspector: &Program,
 ) -> Result<(), String> {
     let mut output = take_output().map_err(|error| format!("no output: {error}"))?;
+    end_with_parent().map_err(|error| format!("the parent cannot be watched: {error}"))?;
     limit_memory(arguments.memory).map_err(|error| format!("the memory cannot be limited: {error}"))?;
     let (experiment, mut applications) = read(&arguments.file, inspector)?;
     if fingerprint(&experiment, &mut applications).map_err(|error| error.to_string())?
@@ -118,6 +123,24 @@ fn take_output() -> io::Result<File> {
     let output = rustix::io::dup(rustix::stdio::stdout())?;
     rustix::stdio::dup2_stdout(rustix::stdio::stderr())?;
     Ok(output.into())
+}
+
+/// Ends this process when its parent is gone, also within a drive, whose result nobody reads any more.
+fn end_with_parent() -> io::Result<()> {
+    let Some(parent) = getppid() else {
+        return Ok(());
+    };
+    let parent = pidfd_open(parent, PidfdFlags::empty())?;
+    let wait = move || {
+        let mut watched = [PollFd::new(&parent, PollFlags::IN)];
+        while poll(&mut watched, None) == Err(Errno::INTR) {}
+        // No handler of a plugin delays it.
+        let _ = kill_process(getpid(), Signal::KILL);
+    };
+    std::thread::Builder::new()
+        .name("parent".to_owned())
+        .spawn(wait)
+        .map(drop)
 }
 
 fn limit_memory(bytes: u64) -> io::Result<()> {
