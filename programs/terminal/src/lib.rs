@@ -19,8 +19,9 @@ mod style;
 
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
-use std::os::fd::{AsFd, BorrowedFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::fs::MetadataExt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use anstream::{AutoStream, ColorChoice};
@@ -43,6 +44,8 @@ pub type TextWriter = Box<dyn Write + Send>;
 static POLICY: BlockingPolicy = BlockingPolicy::new();
 static OUT: OnceLock<Arc<Stream>> = OnceLock::new();
 static ERR: OnceLock<Arc<Stream>> = OnceLock::new();
+/// Whether standard output is reserved for one writer.
+static RESERVED: AtomicBool = AtomicBool::new(false);
 
 /// When to use colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -83,8 +86,25 @@ pub fn set_color(color: Color) {
     .write_global();
 }
 
+/// Reserves standard output for the returned printer, whose reader is a program. Everything else that is printed there
+/// from then on, by this program, its plugins, libraries and child processes, goes to standard error. The descriptor is
+/// of the same stream, to watch whether somebody reads it.
+///
+/// # Errors
+/// The process has no descriptor or no thread left.
+pub fn reserve_out() -> io::Result<(Printer, OwnedFd)> {
+    let reserved = io::stdout().as_fd().try_clone_to_owned()?;
+    rustix::stdio::dup2_stdout(rustix::stdio::stderr())?;
+    RESERVED.store(true, Ordering::Relaxed);
+    let watched = reserved.try_clone()?;
+    Ok((lines_to(reserved.into())?, watched))
+}
+
 /// Returns standard output.
 pub fn out() -> TextWriter {
+    if RESERVED.load(Ordering::Relaxed) {
+        return err();
+    }
     let plain = AutoStream::choice(&io::stdout()) == ColorChoice::Never;
     Box::new(EscapingWriter::new(Printer::new(OUT.get().cloned(), plain)))
 }
@@ -97,6 +117,9 @@ pub fn text_out(json: bool) -> TextWriter {
 /// Returns standard output without escaping or dropping colours: for pictures, and for a view that uses the
 /// terminal.
 pub fn raw_out() -> Printer {
+    if RESERVED.load(Ordering::Relaxed) {
+        return err_printer();
+    }
     Printer::new(OUT.get().cloned(), false)
 }
 

@@ -43,28 +43,36 @@ pub(crate) struct Info {
     json: bool,
 }
 
-/// The output of `--json`.
+/// What a recording contains, as the object that `--json` prints.
 #[derive(Serialize)]
-struct RecordingInfo<'a> {
+pub(crate) struct RecordingInfo {
     file: String,
     seconds: f64,
     #[serde(flatten)]
-    survey: &'a Survey,
+    survey: Survey,
 }
 
 impl Info {
     pub(super) fn run(self) -> Result<(), Failure> {
-        let recording = Recording::open(&self.file)?;
-        let survey = Survey::of(&recording)?;
-        let file = display_path(&self.file);
-        let info = RecordingInfo {
-            file,
-            seconds: survey.seconds(),
-            survey: &survey,
-        };
+        let info = RecordingInfo::of(&Recording::open(&self.file)?)?;
         Ok(print_value(self.json, &info, |info, out| {
-            write(&info.file, info.survey, out)
+            write(&info.file, &info.survey, out)
         })?)
+    }
+}
+
+impl RecordingInfo {
+    /// Reads the whole recording, up to its damage if it has any.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub(crate) fn of(recording: &Recording) -> Result<Self, Failure> {
+        let survey = Survey::of(recording)?;
+        Ok(Self {
+            file: display_path(recording.path()),
+            seconds: survey.seconds(),
+            survey,
+        })
     }
 }
 

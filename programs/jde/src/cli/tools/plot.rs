@@ -45,22 +45,35 @@ impl Plot {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
         let output = Output::resolve(self.output, &recording, "png", "picture")?;
-        let options = Wanted {
-            columns: self.size.columns(),
-            series: analysis::series(&recording, &self.variables)?,
-            ..Wanted::default()
-        };
-        let analysis = analysis::read(&recording, self.time_range, options)?;
-        if analysis.is_empty() {
-            return Err(Failure::usage(
-                format!(
-                    "{} contains nothing that can be drawn: no path, no states, no numbers",
-                    display_path(&self.file)
-                ),
-                "`jde info` shows its contents; name numbers of it, such as odom.pose.pose.position.x",
-            ));
-        }
-        let png = draw_recording(&analysis, self.size).png();
-        output.write(&png.map_err(|error: PictureError| Failure::broken(error.to_string()))?)
+        output.write(&picture(&recording, &self.variables, self.time_range, self.size)?)
     }
+}
+
+/// Returns the picture of a recording as a PNG file: the path, or the named numbers, and the states.
+///
+/// # Errors
+/// The recording cannot be read, does not cover the range, has no such number, or nothing that can be drawn.
+pub(crate) fn picture(
+    recording: &Recording,
+    variables: &[String],
+    time_range: TimeRange,
+    size: Size,
+) -> Result<Vec<u8>, Failure> {
+    let options = Wanted {
+        columns: size.columns(),
+        series: analysis::series(recording, variables)?,
+        ..Wanted::default()
+    };
+    let analysis = analysis::read(recording, time_range, options)?;
+    if analysis.is_empty() {
+        return Err(Failure::usage(
+            format!(
+                "{} contains nothing that can be drawn: no path, no states, no numbers",
+                display_path(recording.path())
+            ),
+            "`jde info` shows its contents; name numbers of it, such as odom.pose.pose.position.x",
+        ));
+    }
+    let png = draw_recording(&analysis, size).png();
+    png.map_err(|error: PictureError| Failure::broken(error.to_string()))
 }

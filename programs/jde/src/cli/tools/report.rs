@@ -33,12 +33,20 @@ impl Report {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
         let output = Output::resolve(self.output, &recording, "html", "page")?;
-        let schemas = RecordedHierarchy::of_recording(&recording).map_or(0, |cast| cast.schemas.len());
-        let options = Wanted {
-            columns: jde_report::columns(schemas),
-            ..Wanted::default()
-        };
-        let analysis = analysis::read(&recording, self.time_range, options)?;
-        output.write(jde_report::page(&analysis, &display_path(&self.file)).as_bytes())
+        output.write(page(&recording, self.time_range)?.as_bytes())
     }
+}
+
+/// Returns the page of a recording.
+///
+/// # Errors
+/// The recording cannot be read, or does not cover the range.
+pub(crate) fn page(recording: &Recording, time_range: TimeRange) -> Result<String, Failure> {
+    let schemas = RecordedHierarchy::of_recording(recording).map_or(0, |cast| cast.schemas.len());
+    let options = Wanted {
+        columns: jde_report::columns(schemas),
+        ..Wanted::default()
+    };
+    let analysis = analysis::read(recording, time_range, options)?;
+    Ok(jde_report::page(&analysis, &display_path(recording.path())))
 }

@@ -5,8 +5,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use jde_core::State;
-use jde_link::Unanswered;
 use jde_link::message::{About, Network};
+use jde_link::{Client, Unanswered};
 use jde_records::snapshot::Snapshot;
 use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, FAINT, GOOD, TITLE, WARN};
@@ -29,10 +29,19 @@ pub(crate) struct Apps {
     json: bool,
 }
 
+/// The running applications, and what gave no answer.
+pub(crate) struct Listing {
+    /// In the order of their start.
+    pub(crate) entries: Vec<ApplicationEntry>,
+    /// The endpoints and applications without an answer.
+    unanswered: Vec<Unanswered>,
+}
+
+/// A running application.
 #[derive(Serialize)]
-struct ApplicationEntry {
+pub(crate) struct ApplicationEntry {
     #[serde(flatten)]
-    about: About,
+    pub(crate) about: About,
     /// The winners, from the roots down; `None` if the application gives no answer that makes sense.
     acting: Option<Vec<String>>,
     /// Why there is none.
@@ -42,15 +51,39 @@ struct ApplicationEntry {
 
 impl Apps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
-        let client = context.client(&self.target)?;
+        let listing = Listing::request(&context.client(&self.target)?)?;
+        let Listing { entries, unanswered } = &listing;
+        if self.json {
+            print_json(entries)?;
+        } else if entries.is_empty() && unanswered.is_empty() {
+            let mut out = terminal::out();
+            writeln!(out, "no application runs; start one with `jde run` or `jde demo`")?;
+        } else {
+            let mut out = terminal::out();
+            table(entries, unanswered).write(&mut out)?;
+            out.flush()?;
+        }
+        let problems = listing.problems();
+        if problems.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::broken(problems.join("; ")))
+    }
+}
+
+impl Listing {
+    /// Asks all applications that the client finds.
+    ///
+    /// # Errors
+    /// They cannot be looked for. One that gives no answer is no error.
+    pub(crate) fn request(client: &Client) -> Result<Self, Failure> {
         let abouts = client.applications()?;
         let unanswered = client.unanswered();
         // Query in parallel: a suspended application must not delay the others.
-        let mut listed: Vec<ApplicationEntry> = thread::scope(|scope| {
+        let mut entries: Vec<ApplicationEntry> = thread::scope(|scope| {
             let threads: Vec<_> = abouts
                 .into_iter()
                 .map(|about| {
-                    let client = &client;
                     scope.spawn(move || {
                         let name = format!("{}@{}", about.name, about.id);
                         let found = client.application(Some(&name));
@@ -76,26 +109,17 @@ impl Apps {
         // One that has ended meanwhile is neither running nor silent.
         let running = client.applications()?;
         let is_running = |entry: &ApplicationEntry| running.iter().any(|about| about.id == entry.about.id);
-        listed.retain(|entry| entry.problem.is_none() || is_running(entry));
-        if self.json {
-            print_json(&listed)?;
-        } else if listed.is_empty() && unanswered.is_empty() {
-            let mut out = terminal::out();
-            writeln!(out, "no application runs; start one with `jde run` or `jde demo`")?;
-        } else {
-            let mut out = terminal::out();
-            table(&listed, &unanswered).write(&mut out)?;
-            out.flush()?;
-        }
-        let problems = listed.into_iter().filter_map(|entry| entry.problem);
-        let mut problems: Vec<_> = problems
-            .chain(unanswered.into_iter().map(|one| one.reason))
-            .collect();
+        entries.retain(|entry| entry.problem.is_none() || is_running(entry));
+        Ok(Self { entries, unanswered })
+    }
+
+    /// Returns what gave no answer, in words.
+    pub(crate) fn problems(&self) -> Vec<&str> {
+        let problems = self.entries.iter().filter_map(|entry| entry.problem.as_deref());
+        let unanswered = self.unanswered.iter().map(|one| one.reason.as_str());
+        let mut problems: Vec<_> = problems.chain(unanswered).collect();
         problems.dedup();
-        if problems.is_empty() {
-            return Ok(());
-        }
-        Err(Failure::broken(problems.join("; ")))
+        problems
     }
 }
 

@@ -2,9 +2,10 @@
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use jde_link::Sample;
+use jde_board::value::Value;
 use jde_link::message::VariableInfo;
 use jde_link::value::to_json;
+use jde_link::{Remote, Sample};
 use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, FAINT};
 use serde_json::json;
@@ -37,42 +38,72 @@ impl Get {
         let mut out = terminal::out();
         for requested in &self.variables {
             let (remote, requested) = context.resolve(&self.target, requested)?;
-            let known = remote.variables(false)?;
-            let (variable, path) =
-                name::split_variable(requested, known.iter().map(|known| known.name.as_str()))?;
-            let info = remote.variable(variable)?;
-            let field = VariableField::resolve(&info, path)?;
-            let sample = remote.get(variable)?;
-            let value = sample
-                .bytes
-                .as_deref()
-                .map(|bytes| field.decode(bytes))
-                .transpose()?;
+            let reading = Reading::request(&remote, requested)?;
             if self.json {
                 out.flush()?;
-                print_json(&json!({
-                    "application": remote.about().name,
-                    "variable": variable,
-                    "field": path,
-                    "unit": field.unit,
-                    "time_s": sample.time as f64 / 1e9,
-                    "age_s": sample.age as f64 / 1e9,
-                    "sequence": sample.sequence,
-                    "writer": sample.writer,
-                    "value": value.as_ref().map(to_json),
-                }))?;
+                print_json(&reading.to_json(&remote))?;
                 continue;
             }
             if self.variables.len() > 1 {
                 write!(out, "{FAINT}{requested}{FAINT:#}  ")?;
             }
-            match value {
-                Some(value) => writeln!(out, "{}", field.format_value(value))?,
-                None => writeln!(out, "{}", without_value(&info, &sample))?,
+            match reading.value {
+                Some(value) => writeln!(out, "{}", reading.field.format_value(value))?,
+                None => writeln!(out, "{}", without_value(&reading.info, &reading.sample))?,
             }
         }
         out.flush()?;
         Ok(())
+    }
+}
+
+/// The newest value of a variable, or of a field of it.
+pub(crate) struct Reading {
+    /// The variable.
+    info: VariableInfo,
+    /// The path of the field; empty for the whole variable.
+    path: String,
+    field: VariableField,
+    sample: Sample,
+    /// `None` if there is no value now.
+    value: Option<Value>,
+}
+
+impl Reading {
+    /// Requests the value of `SCHEMA.VARIABLE[.FIELD]`.
+    ///
+    /// # Errors
+    /// There is no such variable, field or element, or the application gives no answer.
+    pub(crate) fn request(remote: &Remote, requested: &str) -> Result<Self, Failure> {
+        let known = remote.variables(false)?;
+        let (variable, path) =
+            name::split_variable(requested, known.iter().map(|known| known.name.as_str()))?;
+        let info = remote.variable(variable)?;
+        let field = VariableField::resolve(&info, path)?;
+        let sample = remote.get(variable)?;
+        let value = sample.bytes.as_deref().map(|bytes| field.decode(bytes));
+        Ok(Self {
+            value: value.transpose()?,
+            path: path.to_owned(),
+            info,
+            field,
+            sample,
+        })
+    }
+
+    /// Returns it as the object that `--json` prints.
+    pub(crate) fn to_json(&self, remote: &Remote) -> serde_json::Value {
+        json!({
+            "application": remote.about().name,
+            "variable": self.info.name,
+            "field": self.path,
+            "unit": self.field.unit,
+            "time_s": self.sample.time as f64 / 1e9,
+            "age_s": self.sample.age as f64 / 1e9,
+            "sequence": self.sample.sequence,
+            "writer": self.sample.writer,
+            "value": self.value.as_ref().map(to_json),
+        })
     }
 }
 

@@ -4,24 +4,24 @@
 //! sends.
 
 mod all;
-mod apps;
+pub(crate) mod apps;
 mod events;
-mod get;
-mod operate;
-mod panel;
+pub(crate) mod get;
+pub(crate) mod operate;
+pub(crate) mod panel;
 mod ps;
 mod rate_limiter;
 mod record;
 mod reload;
 mod resolve;
-mod set;
+pub(crate) mod set;
 mod standstill;
 mod stop;
 mod target;
 mod top;
-mod vars;
+pub(crate) mod vars;
 mod watch;
-mod why;
+pub(crate) mod why;
 
 use clap::Subcommand;
 

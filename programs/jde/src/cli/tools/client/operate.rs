@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
-use jde_link::Remote;
-use jde_link::message::Action;
+use jde_link::message::{Action, Request};
+use jde_link::{Hold, Remote};
 use jde_session::top;
 use jde_terminal::interrupt::SignalListener;
 use jde_terminal::{self as terminal, FAINT, GOOD, WARN};
@@ -173,12 +173,6 @@ pub(super) fn perform_action(
 ) -> Result<(), Failure> {
     let request = request(action);
     let mut out = terminal::out();
-    if lasting.time.is_some() && remote.about().executor == "replay" {
-        return Err(Failure::usage(
-            "changes of a recording do not end by themselves",
-            "omit --for",
-        ));
-    }
     let Some(time) = lasting.time.map(Duration::from_nanos) else {
         let losses = remote.operate_reporting(&request)?;
         writeln!(out, "{GOOD}{}{GOOD:#}{}", messages.done, lost(&losses))?;
@@ -189,7 +183,7 @@ pub(super) fn perform_action(
         // The receiver outlives the listener.
         let _ = interrupt.send(());
     })?;
-    let hold = remote.hold(&request, HOLD_LEASE)?;
+    let hold = begin_hold(remote, &request)?;
     writeln!(
         out,
         "{GOOD}{}{GOOD:#} {FAINT}for {:.1} s, or until Ctrl-C{FAINT:#}{}",
@@ -216,6 +210,21 @@ pub(super) fn perform_action(
     drop(hold);
     writeln!(out, "{}", messages.ended)?;
     Ok(())
+}
+
+/// Begins a hold that ends with this process: when it is dropped, or [`HOLD_LEASE`] after the process died or the network
+/// failed.
+///
+/// # Errors
+/// The application is a recording, refuses the action, or gives no answer.
+pub(crate) fn begin_hold(remote: &Remote, request: &Request) -> Result<Hold, Failure> {
+    if remote.about().executor == "replay" {
+        return Err(Failure::usage(
+            "changes of a recording do not end by themselves",
+            "omit --for",
+        ));
+    }
+    Ok(remote.hold(request, HOLD_LEASE)?)
 }
 
 /// What awake schemas lose by an action, to append to its message.

@@ -61,8 +61,7 @@ impl Panel {
         };
         let (named, schema) = split_application(schema);
         let remote = context.remote(&self.target, named)?;
-        check_has_panel(&remote, schema)?;
-        let sample = wait_for_drawing(&remote, schema)?;
+        let sample = newest_panel(&remote, schema)?;
         if self.json {
             return Ok(print_json(&json!({
                 "application": remote.about().name,
@@ -73,8 +72,7 @@ impl Panel {
                 "reason": sample.list.as_ref().err(),
             }))?);
         }
-        let failure = |reason| Failure::broken(format!("the panel of {schema} shows nothing: {reason}"));
-        let list = sample.list.map_err(failure)?;
+        let list = sample.list.map_err(|reason| shows_nothing(schema, &reason))?;
         let gesture = match (&self.touch, self.click.as_slice()) {
             (Some(touched), _) => Some(parse_touch(&list, touched)?),
             (None, [widget, arguments @ ..]) => Some(parse_click(&list, widget, arguments)?),
@@ -112,6 +110,20 @@ impl Panel {
         out.flush()?;
         Ok(())
     }
+}
+
+/// Returns the newest drawing of a schema's panel. Waits for it for at most [`DRAW_TIMEOUT`].
+///
+/// # Errors
+/// The schema has no panel, or draws nothing in time.
+pub(crate) fn newest_panel(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
+    check_has_panel(remote, schema)?;
+    wait_for_drawing(remote, schema)
+}
+
+/// Returns the failure of a panel without a list.
+pub(crate) fn shows_nothing(schema: &str, reason: &str) -> Failure {
+    Failure::broken(format!("the panel of {schema} shows nothing: {reason}"))
 }
 
 /// Checks that the schema has a panel.

@@ -59,67 +59,83 @@ impl Set {
             }
         };
         let (remote, name) = context.resolve(&self.target, name)?;
-        let variables = remote.variables(false)?;
-        let settable = variables
-            .iter()
-            .filter(|variable| variable.access == "modulation");
-        let Some(info) = variables.iter().find(|variable| variable.name == name) else {
-            if let Some(present) = present_name(&remote, name)? {
-                return Err(Failure::usage(
-                    format!("`{name}` is called `{present}` now"),
-                    format!("write `jde set {present} {value}`"),
-                ));
-            }
-            let names = settable.map(|variable| variable.name.as_str());
-            return Err(unknown_variable("modulation", name, names));
-        };
-        if info.access != "modulation" {
-            return Err(Failure::usage(
-                format!(
-                    "`{name}` is not a modulation but {} {}",
-                    article(&info.access),
-                    info.access
-                ),
-                "only modulations can be set; `jde vars` lists the variables",
-            ));
-        }
-        let schema = info.owner.clone();
         let messages = ActionMessages {
             done: format!("{name} is now {value}"),
             ended: format!("{name} is released"),
         };
-        if info.variable == "period" {
-            // As in an application's file, a number without a unit is in seconds.
-            let with_unit = value.parse::<f64>().map(|_| format!("{value}s"));
-            let period = top::text::period(with_unit.as_deref().unwrap_or(value)).map_err(|error| {
-                Failure::usage(error, format!("a period is a time {RANGE}, or a frequency"))
-            })?;
-            let action = Action::Period {
-                schema,
-                period_s: period as f64 / 1e9,
-            };
-            return perform_action(&remote, action, &self.lasting, &messages);
-        }
-        let value_type = info
-            .value_type()
-            .map_err(|error| Failure::broken(format!("the type of `{name}` cannot be read: {error}")))?;
         let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
-        let read = literal::parse_value(
-            value,
-            (&schema, &info.variable),
-            &value_type,
-            &info.unit,
-            &folder,
-            name,
+        perform_action(
+            &remote,
+            read_action(&remote, name, value, &folder)?,
+            &self.lasting,
+            &messages,
         )
-        .map_err(Failure::faults)?;
-        let action = Action::Modulate {
-            schema,
-            variable: info.variable.clone(),
-            value: to_json(&read.into_only_field_of(&value_type)),
-        };
-        perform_action(&remote, action, &self.lasting, &messages)
     }
+}
+
+/// Returns the action that writes a value, in TOML or as a text without quotes, to a modulation. Files that the value
+/// names are relative to `folder`.
+///
+/// # Errors
+/// There is no such modulation, or it cannot have the value.
+pub(crate) fn read_action(
+    remote: &Remote,
+    name: &str,
+    value: &str,
+    folder: &Path,
+) -> Result<Action, Failure> {
+    let variables = remote.variables(false)?;
+    let settable = variables
+        .iter()
+        .filter(|variable| variable.access == "modulation");
+    let Some(info) = variables.iter().find(|variable| variable.name == name) else {
+        if let Some(present) = present_name(remote, name)? {
+            return Err(Failure::usage(
+                format!("`{name}` is called `{present}` now"),
+                format!("write `jde set {present} {value}`"),
+            ));
+        }
+        let names = settable.map(|variable| variable.name.as_str());
+        return Err(unknown_variable("modulation", name, names));
+    };
+    if info.access != "modulation" {
+        return Err(Failure::usage(
+            format!(
+                "`{name}` is not a modulation but {} {}",
+                article(&info.access),
+                info.access
+            ),
+            "only modulations can be set; `jde vars` lists the variables",
+        ));
+    }
+    let schema = info.owner.clone();
+    if info.variable == "period" {
+        // As in an application's file, a number without a unit is in seconds.
+        let with_unit = value.parse::<f64>().map(|_| format!("{value}s"));
+        let period = top::text::period(with_unit.as_deref().unwrap_or(value))
+            .map_err(|error| Failure::usage(error, format!("a period is a time {RANGE}, or a frequency")))?;
+        return Ok(Action::Period {
+            schema,
+            period_s: period as f64 / 1e9,
+        });
+    }
+    let value_type = info
+        .value_type()
+        .map_err(|error| Failure::broken(format!("the type of `{name}` cannot be read: {error}")))?;
+    let read = literal::parse_value(
+        value,
+        (&schema, &info.variable),
+        &value_type,
+        &info.unit,
+        folder,
+        name,
+    )
+    .map_err(Failure::faults)?;
+    Ok(Action::Modulate {
+        schema,
+        variable: info.variable.clone(),
+        value: to_json(&read.into_only_field_of(&value_type)),
+    })
 }
 
 /// Returns the present name of a modulation that was renamed.

@@ -49,15 +49,7 @@ pub(crate) struct Vars {
 impl Vars {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let (remote, patterns) = context.resolve_all(&self.target, &self.patterns)?;
-        let mut variables = remote.variables(true)?;
-        let names: Vec<String> = variables.iter().map(|variable| variable.name.clone()).collect();
-        let selection = Selection::new(patterns, &names).map_err(|unknown| {
-            Failure::usage(
-                unknown.to_string(),
-                "a pattern is a variable's full name, with `*` for any text: `pioneer.*`",
-            )
-        })?;
-        variables.retain(|variable| selection.contains(&variable.name));
+        let variables = select(&remote, patterns)?;
         if self.json {
             let variables = variables.iter().map(|variable| with_value(&remote, variable));
             return Ok(print_json(&variables.collect::<Result<Vec<_>, _>>()?)?);
@@ -85,8 +77,28 @@ impl Vars {
     }
 }
 
+/// Returns the variables that match a pattern, with their status; without patterns, all.
+///
+/// # Errors
+/// A pattern matches nothing, or the application gives no answer.
+pub(crate) fn select(remote: &Remote, patterns: Vec<String>) -> Result<Vec<VariableInfo>, Failure> {
+    let mut variables = remote.variables(true)?;
+    let names: Vec<String> = variables.iter().map(|variable| variable.name.clone()).collect();
+    let selection = Selection::new(patterns, &names).map_err(|unknown| {
+        Failure::usage(
+            unknown.to_string(),
+            "a pattern is a variable's full name, with `*` for any text: `pioneer.*`",
+        )
+    })?;
+    variables.retain(|variable| selection.contains(&variable.name));
+    Ok(variables)
+}
+
 /// Returns a variable as JSON, with its newest value.
-fn with_value(remote: &Remote, variable: &VariableInfo) -> Result<serde_json::Value, Failure> {
+///
+/// # Errors
+/// The application gives no answer, or its type cannot be read.
+pub(crate) fn with_value(remote: &Remote, variable: &VariableInfo) -> Result<serde_json::Value, Failure> {
     let mut json = json!(variable);
     let bytes = remote.get(&variable.name)?.bytes;
     let field = VariableField::resolve(variable, "")?;
@@ -97,7 +109,10 @@ fn with_value(remote: &Remote, variable: &VariableInfo) -> Result<serde_json::Va
 
 /// Returns the newest value of a variable as text, without the header, whose time the age shows. Empty if it
 /// has no value.
-fn short_value(remote: &Remote, variable: &VariableInfo) -> Result<String, Failure> {
+///
+/// # Errors
+/// The application gives no answer, or its type cannot be read.
+pub(crate) fn short_value(remote: &Remote, variable: &VariableInfo) -> Result<String, Failure> {
     let field = VariableField::resolve(variable, "")?;
     if field.bytes() > MAX_BYTES {
         return Ok(format!("up to {:.1} MB", field.bytes() as f64 / 1e6));

@@ -62,8 +62,14 @@ struct SelectionOutput<'d> {
 impl Why {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let (named, words) = split_one_application(&self.question)?;
-        let (selections, mut schemas, mut groups) = match &self.recording {
-            Some(file) => (read_recording(file)?, Vec::new(), Vec::new()),
+        let selections = match &self.recording {
+            Some(file) => {
+                let selections = Selections::of_recording(file)?;
+                for note in &selections.notes {
+                    writeln!(terminal::err(), "{}: {note}", display_path(file))?;
+                }
+                selections
+            }
             None => {
                 if let Some(file) = words
                     .iter()
@@ -71,34 +77,32 @@ impl Why {
                 {
                     return Err(recording_instead(file));
                 }
-                let remote = context.remote(&self.target, named)?;
-                let known = remote.schemas()?;
-                (
-                    request_selections(&remote)?,
-                    known.schemas.into_iter().map(|schema| schema.name).collect(),
-                    known.groups.into_iter().map(|group| group.name).collect(),
-                )
+                Selections::of_application(&context.remote(&self.target, named)?)?
             }
         };
-        let decisions = &selections.decisions;
-        groups.extend(decisions.iter().map(|decision| decision.group.clone()));
-        let candidates = decisions.iter().flat_map(|decision| &decision.candidates);
-        schemas.extend(candidates.map(|candidate| candidate.name.clone()));
-        for names in [&mut groups, &mut schemas] {
-            names.sort_unstable();
-            names.dedup();
+        let question = selections.read_question(&words)?;
+        if self.json {
+            return Ok(print_json(&selections.find(&question)?)?);
         }
-        let question = Question::parse(&words, &schemas, &groups)?;
-        print_answer(&question, &selections, self.json)
+        let answer = selections.answer(&question)?;
+        let marked = question.winner.as_deref().filter(|_| question.negated);
+        let mut out = terminal::out();
+        why::write(&answer, marked, &mut out)?;
+        out.flush()?;
+        Ok(())
     }
 }
 
-/// Selections, and the time range that they cover.
-struct Selections {
-    decisions: Vec<Decision>,
+/// Selections, the time range that they cover, and the names that a question may contain.
+pub(crate) struct Selections {
+    pub(crate) decisions: Vec<Decision>,
     /// The events of limited commands.
     limits: Vec<Occurrence<String>>,
     known: KnownSpan,
+    schemas: Vec<String>,
+    groups: Vec<String>,
+    /// What is damaged or missing, in words.
+    pub(crate) notes: Vec<String>,
 }
 
 /// Whether an event is of limited commands.
@@ -106,118 +110,153 @@ fn is_limit(event: &Occurrence<String>) -> bool {
     matches!(event.what, What::Limited { .. })
 }
 
-/// Returns all selections of a recording, up to its damage if it has any.
-fn read_recording(file: &Path) -> Result<Selections, Failure> {
-    let recording = Recording::open(file)?;
-    if let Some(damage) = recording.damage() {
-        writeln!(
-            terminal::err(),
-            "{} ends too soon, {damage}; the part before it is read",
-            display_path(file)
-        )?;
+impl Selections {
+    /// Reads all selections of a recording, up to its damage if it has any.
+    ///
+    /// # Errors
+    /// It cannot be read, or contains none.
+    pub(crate) fn of_recording(file: &Path) -> Result<Self, Failure> {
+        let recording = Recording::open(file)?;
+        let damage = recording.damage();
+        let damage = damage.map(|damage| format!("it ends too soon, {damage}; the part before it is read"));
+        let gaps = recording.gaps().iter().map(ToString::to_string);
+        let notes = damage.into_iter().chain(gaps).chain(recording.left_out().lines());
+        let notes = notes.collect();
+        let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
+        let (first, _) = recording.times().unwrap_or_default();
+        let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
+        let mut until = 0;
+        let (mut decisions, mut limits) = (Vec::new(), Vec::new());
+        for message in recording.messages()? {
+            let message = message?;
+            until = message.log_time.saturating_sub(start);
+            match record::read(&message) {
+                Some(RunRecord::Decision(decision)) => decisions.push(decision),
+                Some(RunRecord::Other(event)) if is_limit(&event) => limits.push(event),
+                Some(RunRecord::Other(_) | RunRecord::State(_)) | None => {}
+            }
+        }
+        if decisions.is_empty() {
+            return Err(Failure::usage(
+                format!("{} contains no selections", display_path(file)),
+                "`jde run APP --record FILE` records them",
+            ));
+        }
+        // A recording that started later also contains the choice in force at its start.
+        let from = first.saturating_sub(start) as f64 / 1e9;
+        let known = KnownSpan {
+            from: from.min(decisions[0].time_s),
+            until: until as f64 / 1e9,
+        };
+        Ok(Self::new(
+            decisions,
+            limits,
+            known,
+            [Vec::new(), Vec::new()],
+            notes,
+        ))
     }
-    let gaps = recording.gaps().iter().map(ToString::to_string);
-    for line in gaps.chain(recording.left_out().lines()) {
-        writeln!(terminal::err(), "{}: {line}", display_path(file))?;
+
+    /// Requests the last selections of a running application.
+    ///
+    /// # Errors
+    /// It gives no answer.
+    pub(crate) fn of_application(remote: &Remote) -> Result<Self, Failure> {
+        let known = remote.schemas()?;
+        let names = [
+            known.schemas.into_iter().map(|schema| schema.name).collect(),
+            known.groups.into_iter().map(|group| group.name).collect(),
+        ];
+        let records = |kind: RecordKind| -> Result<Vec<RunRecord>, Failure> {
+            let (sender, receiver) = channel();
+            let watching = remote.events(&[kind], MAX_SELECTIONS, move |event| {
+                // The receiver is dropped after the reply.
+                let _ = sender.send(event.record);
+            })?;
+            // All earlier ones have arrived when this returns.
+            drop(watching);
+            Ok(receiver.try_iter().collect())
+        };
+        let selections = records(RecordKind::Decision)?.into_iter();
+        let decisions: Vec<Decision> = selections
+            .filter_map(|record| match record {
+                RunRecord::Decision(decision) => Some(decision),
+                RunRecord::State(_) | RunRecord::Other(_) => None,
+            })
+            .collect();
+        let events = records(RecordKind::Event)?.into_iter();
+        let limits = events.filter_map(|record| match record {
+            RunRecord::Other(event) if is_limit(&event) => Some(event),
+            RunRecord::Other(_) | RunRecord::State(_) | RunRecord::Decision(_) => None,
+        });
+        let limits = limits.collect();
+        let known = KnownSpan {
+            from: match decisions.first() {
+                Some(first) if decisions.len() >= MAX_SELECTIONS => first.time_s,
+                Some(_) | None => 0.0,
+            },
+            until: remote.hierarchy()?.time as f64 / 1e9,
+        };
+        Ok(Self::new(decisions, limits, known, names, Vec::new()))
     }
-    let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
-    let (first, _) = recording.times().unwrap_or_default();
-    let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
-    let mut until = 0;
-    let (mut decisions, mut limits) = (Vec::new(), Vec::new());
-    for message in recording.messages()? {
-        let message = message?;
-        until = message.log_time.saturating_sub(start);
-        match record::read(&message) {
-            Some(RunRecord::Decision(decision)) => decisions.push(decision),
-            Some(RunRecord::Other(event)) if is_limit(&event) => limits.push(event),
-            Some(RunRecord::Other(_) | RunRecord::State(_)) | None => {}
+
+    fn new(
+        decisions: Vec<Decision>,
+        limits: Vec<Occurrence<String>>,
+        known: KnownSpan,
+        [mut schemas, mut groups]: [Vec<String>; 2],
+        notes: Vec<String>,
+    ) -> Self {
+        groups.extend(decisions.iter().map(|decision| decision.group.clone()));
+        let candidates = decisions.iter().flat_map(|decision| &decision.candidates);
+        schemas.extend(candidates.map(|candidate| candidate.name.clone()));
+        for names in [&mut groups, &mut schemas] {
+            names.sort_unstable();
+            names.dedup();
+        }
+        Self {
+            decisions,
+            limits,
+            known,
+            schemas,
+            groups,
+            notes,
         }
     }
-    if decisions.is_empty() {
-        return Err(Failure::usage(
-            format!("{} contains no selections", display_path(file)),
-            "`jde run APP --record FILE` records them",
-        ));
+
+    /// Reads a question about them.
+    ///
+    /// # Errors
+    /// It contains a word that is neither a name nor one of a question.
+    pub(crate) fn read_question(&self, words: &[String]) -> Result<Question, Failure> {
+        Question::parse(words, &self.schemas, &self.groups)
     }
-    // A recording that started later also contains the choice in force at its start.
-    let from = first.saturating_sub(start) as f64 / 1e9;
-    let known = KnownSpan {
-        from: from.min(decisions[0].time_s),
-        until: until as f64 / 1e9,
-    };
-    Ok(Selections {
-        decisions,
-        limits,
-        known,
-    })
-}
 
-/// Returns the last selections of a running application.
-fn request_selections(remote: &Remote) -> Result<Selections, Failure> {
-    let records = |kind: RecordKind| -> Result<Vec<RunRecord>, Failure> {
-        let (sender, receiver) = channel();
-        let watching = remote.events(&[kind], MAX_SELECTIONS, move |event| {
-            // The receiver is dropped after the reply.
-            let _ = sender.send(event.record);
-        })?;
-        // All earlier ones have arrived when this returns.
-        drop(watching);
-        Ok(receiver.try_iter().collect())
-    };
-    let selections = records(RecordKind::Decision)?.into_iter();
-    let decisions: Vec<Decision> = selections
-        .filter_map(|record| match record {
-            RunRecord::Decision(decision) => Some(decision),
-            RunRecord::State(_) | RunRecord::Other(_) => None,
-        })
-        .collect();
-    let events = records(RecordKind::Event)?.into_iter();
-    let limits = events.filter_map(|record| match record {
-        RunRecord::Other(event) if is_limit(&event) => Some(event),
-        RunRecord::Other(_) | RunRecord::State(_) | RunRecord::Decision(_) => None,
-    });
-    let limits = limits.collect();
-    let known = KnownSpan {
-        from: match decisions.first() {
-            Some(first) if decisions.len() >= MAX_SELECTIONS => first.time_s,
-            Some(_) | None => 0.0,
-        },
-        until: remote.hierarchy()?.time as f64 / 1e9,
-    };
-    Ok(Selections {
-        decisions,
-        limits,
-        known,
-    })
-}
+    /// Returns the selection that a question asks for, with its neighbours, as the object that `--json` prints.
+    ///
+    /// # Errors
+    /// There is no such selection: the reason in words.
+    pub(crate) fn find(&self, question: &Question) -> Result<impl Serialize, Failure> {
+        match self.answer(question)? {
+            Answer::Match {
+                decision,
+                before,
+                after,
+                limits,
+            } => Ok(SelectionOutput {
+                decision,
+                before,
+                after,
+                limits,
+            }),
+            Answer::NoMatch(reason) => Err(Failure::NoMatch(reason)),
+        }
+    }
 
-fn print_answer(question: &Question, selections: &Selections, json: bool) -> Result<(), Failure> {
-    let Selections {
-        decisions,
-        limits,
-        known,
-    } = selections;
-    let answer = question.answer(decisions, limits, *known);
-    match &answer {
-        Answer::NoMatch(reason) => Err(Failure::NoMatch(reason.clone())),
-        Answer::Match {
-            decision,
-            before,
-            after,
-            limits,
-        } if json => Ok(print_json(&SelectionOutput {
-            decision,
-            before: *before,
-            after: *after,
-            limits: limits.clone(),
-        })?),
-        Answer::Match { .. } => {
-            let marked = question.winner.as_deref().filter(|_| question.negated);
-            let mut out = terminal::out();
-            why::write(&answer, marked, &mut out)?;
-            out.flush()?;
-            Ok(())
+    fn answer(&self, question: &Question) -> Result<Answer<'_>, Failure> {
+        match question.answer(&self.decisions, &self.limits, self.known) {
+            Answer::NoMatch(reason) => Err(Failure::NoMatch(reason)),
+            found @ Answer::Match { .. } => Ok(found),
         }
     }
 }

@@ -4,9 +4,10 @@ mod merge;
 mod progress;
 mod results;
 mod single;
-mod table;
+pub(crate) mod table;
 
 use std::collections::BTreeSet;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -182,28 +183,15 @@ impl ExperimentVerb {
         let stop = Arc::new(AtomicBool::new(false));
         let stopping = Arc::clone(&stop);
         let _interrupts = SignalListener::on_first(move || stopping.store(true, Ordering::Relaxed))?;
-        let arguments = WorkerArguments {
-            file: experiment.file.clone(),
-            fingerprint: state.fingerprint.clone(),
-            memory: self.memory as u64,
-        };
-        let experiments = [PoolExperiment {
-            experiment,
-            program: child::drives(&arguments),
-        }];
-        let task = |drive: &usize| Task {
-            experiment: 0,
-            drive: *drive,
-            seed: None,
-        };
-        let tasks: Vec<_> = drives.iter().map(task).collect();
         let options = PoolOptions {
             jobs: self.jobs.map_or_else(processors, usize::from),
             limit: Duration::from_nanos(self.limit),
             stop: &stop,
+            abort: &AtomicBool::new(false),
         };
         let mut progress = Progress::new(results.len() + drives.len(), &results);
-        let ran = pool::run(&experiments, &tasks, &options, |_, result| {
+        let (fingerprint, memory) = (&state.fingerprint, self.memory as u64);
+        let ran = run_drives(experiment, fingerprint, memory, drives, &options, |result| {
             folder.add(&result, experiment)?;
             progress.add(&result)?;
             results.push(result);
@@ -218,8 +206,38 @@ impl ExperimentVerb {
     }
 }
 
+/// Runs drives of an experiment in processes with at most so many bytes of memory, and calls `on_result` with each result.
+///
+/// # Errors
+/// As of [`pool::run`].
+pub(crate) fn run_drives(
+    experiment: &Experiment,
+    fingerprint: &str,
+    memory: u64,
+    drives: &[usize],
+    options: &PoolOptions<'_>,
+    mut on_result: impl FnMut(DriveResult) -> io::Result<()>,
+) -> io::Result<()> {
+    let arguments = WorkerArguments {
+        file: experiment.file.clone(),
+        fingerprint: fingerprint.to_owned(),
+        memory,
+    };
+    let experiments = [PoolExperiment {
+        experiment,
+        program: child::drives(&arguments),
+    }];
+    let task = |drive: &usize| Task {
+        experiment: 0,
+        drive: *drive,
+        seed: None,
+    };
+    let tasks: Vec<_> = drives.iter().map(task).collect();
+    pool::run(&experiments, &tasks, options, |_, result| on_result(result))
+}
+
 /// Reads an experiment for its drives, and inspects its plugins.
-pub(super) fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
+pub(crate) fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
     let with_inspector = |application| Applications::new(application, Some(jde_session::child::inspector()));
     let read = file::read(path, with_inspector).map_err(Failure::faults)?;
     if let Some(concerns) = &read.0.concerns {
@@ -228,7 +246,7 @@ pub(super) fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
     Ok(read)
 }
 
-pub(super) fn processors() -> usize {
+pub(crate) fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 

@@ -1,10 +1,11 @@
 //! `jde test`: runs the tests of an application.
 
-mod report;
+pub(crate) mod report;
 mod watch;
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +16,7 @@ use jde_core::Nanos;
 use jde_experiment::Experiment;
 use jde_experiment::folder;
 use jde_experiment::pool::{self, PoolExperiment, PoolOptions, Task};
+use jde_experiment::result::DriveResult;
 use jde_experiment::worker::WorkerArguments;
 use jde_terminal::interrupt::SignalListener;
 
@@ -59,8 +61,8 @@ pub(crate) struct Test {
 }
 
 /// A file of tests.
-struct TestFile {
-    experiment: Experiment,
+pub(crate) struct TestFile {
+    pub(crate) experiment: Experiment,
     fingerprint: String,
     /// The files on which its results depend.
     files: BTreeSet<PathBuf>,
@@ -76,22 +78,14 @@ impl Test {
         let stopping = Arc::clone(&stop);
         let _interrupts = SignalListener::on_first(move || stopping.store(true, Ordering::Relaxed))?;
         if !self.watch {
-            let files = self.find()?;
-            let tests = files
-                .iter()
-                .map(|file| read_test(file))
-                .collect::<Result<Vec<_>, _>>()?;
-            return self.run_tests(&tests, &stop);
+            return self.run_tests(&read_tests(&find(&self.paths)?)?, &stop);
         }
         watch::until(&stop, || {
             // Files that were found and cannot be read are watched too: the author is about to correct them.
-            let found = self.find();
+            let found = find(&self.paths);
             let mut watched: BTreeSet<PathBuf> = found.iter().flatten().cloned().collect();
             let result = found.and_then(|files| {
-                let tests = files
-                    .iter()
-                    .map(|file| read_test(file))
-                    .collect::<Result<Vec<_>, _>>()?;
+                let tests = read_tests(&files)?;
                 watched.extend(tests.iter().flat_map(|test| test.files.iter().cloned()));
                 self.run_tests(&tests, &stop)
             });
@@ -103,73 +97,101 @@ impl Test {
         Ok(())
     }
 
-    /// Returns the files of all tests, in order.
-    fn find(&self) -> Result<Vec<PathBuf>, Failure> {
-        let mut files = Vec::new();
-        for path in &self.paths {
-            if path.is_file() {
-                files.push(path.clone());
-            }
-            if !path.is_dir() {
-                continue;
-            }
-            let entries = fs::read_dir(path).map_err(Failure::file(path))?;
-            let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-            let mut tests: Vec<_> = paths
-                .filter(|path| path.extension().is_some_and(|end| end == "toml"))
-                .collect();
-            tests.sort();
-            files.extend(tests);
-        }
-        if files.is_empty() {
-            let folders: Vec<_> = self.paths.iter().map(|path| display_path(path)).collect();
-            return Err(Failure::usage(
-                format!("there is no test in {}", folders.join(", ")),
-                "a test is a file tests/NAME.toml; `jde new app` writes two, and docs/testing.md describes them",
-            ));
-        }
-        Ok(files)
-    }
-
     fn run_tests(&self, tests: &[TestFile], stop: &AtomicBool) -> Result<(), Failure> {
         let seed = self.shuffle.map(|seed| seed.unwrap_or_else(seed_of_the_clock));
-        let is_wanted = |test: &TestFile| {
-            let text = format!("{} {}", test.experiment.name, test.experiment.file.display());
-            self.filter.as_ref().is_none_or(|filter| text.contains(filter))
-        };
-        let wanted = tests.iter().enumerate().filter(|(_, test)| is_wanted(test));
-        let drives =
-            wanted.flat_map(|(place, test)| (0..test.experiment.drives()).map(move |drive| (place, drive)));
-        let tasks: Vec<_> = drives
-            .enumerate()
-            .map(|(number, (experiment, drive))| Task {
-                experiment,
-                drive,
-                seed: seed.map(|seed| seed.wrapping_add(number as u64)),
-            })
-            .collect();
-        let experiments: Vec<_> = tests
-            .iter()
-            .map(|test| PoolExperiment {
-                experiment: &test.experiment,
-                program: child::drives(&WorkerArguments {
-                    file: test.experiment.file.clone(),
-                    fingerprint: test.fingerprint.clone(),
-                    memory: MEMORY,
-                }),
-            })
-            .collect();
+        let tasks = tasks(tests, self.filter.as_deref(), seed);
         let options = PoolOptions {
             jobs: self.jobs.map_or_else(processors, usize::from),
             limit: Duration::from_nanos(self.limit),
             stop,
+            abort: &AtomicBool::new(false),
         };
         let mut report = Report::begin(tasks.len(), seed, self.json)?;
-        pool::run(&experiments, &tasks, &options, |task, result| {
+        run_tasks(tests, &tasks, &options, |task, result| {
             report.add(&tests[task.experiment].experiment, task, result)
         })?;
         report.finish(tasks.len())
     }
+}
+
+/// Returns the files of all tests in files and folders, in order.
+///
+/// # Errors
+/// There is none.
+pub(crate) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_file() {
+            files.push(path.clone());
+        }
+        if !path.is_dir() {
+            continue;
+        }
+        let entries = fs::read_dir(path).map_err(Failure::file(path))?;
+        let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+        let mut tests: Vec<_> = paths
+            .filter(|path| path.extension().is_some_and(|end| end == "toml"))
+            .collect();
+        tests.sort();
+        files.extend(tests);
+    }
+    if files.is_empty() {
+        let folders: Vec<_> = paths.iter().map(|path| display_path(path)).collect();
+        return Err(Failure::usage(
+            format!("there is no test in {}", folders.join(", ")),
+            "a test is a file tests/NAME.toml; `jde new app` writes two, and docs/testing.md describes them",
+        ));
+    }
+    Ok(files)
+}
+
+/// Reads files of tests, and inspects their plugins.
+///
+/// # Errors
+/// The faults of the first file that has some.
+pub(crate) fn read_tests(files: &[PathBuf]) -> Result<Vec<TestFile>, Failure> {
+    files.iter().map(|file| read_test(file)).collect()
+}
+
+/// Returns the drives of the tests whose name or file contains the text. With a seed, each has another one.
+pub(crate) fn tasks(tests: &[TestFile], filter: Option<&str>, seed: Option<u64>) -> Vec<Task> {
+    let is_wanted = |test: &TestFile| {
+        let text = format!("{} {}", test.experiment.name, test.experiment.file.display());
+        filter.is_none_or(|filter| text.contains(filter))
+    };
+    let wanted = tests.iter().enumerate().filter(|(_, test)| is_wanted(test));
+    let drives =
+        wanted.flat_map(|(place, test)| (0..test.experiment.drives()).map(move |drive| (place, drive)));
+    let numbered = drives.enumerate().map(|(number, (experiment, drive))| Task {
+        experiment,
+        drive,
+        seed: seed.map(|seed| seed.wrapping_add(number as u64)),
+    });
+    numbered.collect()
+}
+
+/// Runs drives of tests, and calls `on_result` with each result.
+///
+/// # Errors
+/// As of [`pool::run`].
+pub(crate) fn run_tasks(
+    tests: &[TestFile],
+    tasks: &[Task],
+    options: &PoolOptions<'_>,
+    on_result: impl FnMut(Task, DriveResult) -> io::Result<()>,
+) -> io::Result<()> {
+    let experiments: Vec<_> = tests
+        .iter()
+        .map(|test| PoolExperiment {
+            experiment: &test.experiment,
+            program: child::drives(&WorkerArguments {
+                file: test.experiment.file.clone(),
+                fingerprint: test.fingerprint.clone(),
+                memory: MEMORY,
+            }),
+        })
+        .collect();
+    pool::run(&experiments, tasks, options, on_result)
 }
 
 fn read_test(file: &Path) -> Result<TestFile, Failure> {

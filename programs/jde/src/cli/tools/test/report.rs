@@ -97,7 +97,7 @@ impl Report {
 }
 
 /// The name of the test, with the values of its axes if it has any.
-fn test_name(experiment: &Experiment, result: &DriveResult) -> String {
+pub(crate) fn test_name(experiment: &Experiment, result: &DriveResult) -> String {
     let axes = experiment.columns.axes.iter().zip(&result.axes);
     let axes: Vec<_> = axes.map(|(name, value)| format!("{name} = {value}")).collect();
     match axes.as_slice() {
