@@ -1,6 +1,7 @@
 //! Automation of this workspace: `cargo xtask <verb>` does the same locally and in CI. It builds, tests and
 //! checks. It is not part of the product.
 
+mod agents;
 mod bench;
 mod clients;
 mod clusters;

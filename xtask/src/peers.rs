@@ -1,6 +1,7 @@
 //! Tests with independent programs, which contain no code of jde: clients of the Pioneer protocol drive the
 //! simulated robot, the libraries of MCAP and ROS 2 read recordings and write a bag for jde, the programs of `docs/protocol.md`
-//! inspect a running application, ROS 2 and jde drive each other's robots, and schemas drive a robot of Stage.
+//! inspect a running application, ROS 2 and jde drive each other's robots, schemas drive a robot of Stage, and an agent diagnoses
+//! a recording.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -8,6 +9,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
+use crate::agents;
 use crate::clients;
 use crate::player;
 use crate::python::Environment;
@@ -79,6 +81,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     clients::run(context, &python)?;
     ros2::run(context, &python)?;
     player::run(context)?;
+    agents::run(context)?;
     Ok(StepOutcome::Passed)
 }
 

@@ -9,6 +9,7 @@ mod decide;
 mod extensions;
 mod failure;
 mod inspect;
+mod mcp;
 mod new;
 mod quantity;
 mod remote;

@@ -28,6 +28,11 @@ pub(crate) struct TimeRange {
 }
 
 impl TimeRange {
+    /// Returns a range of ns since the application's start.
+    pub(crate) fn new(from: Option<Nanos>, to: Option<Nanos>) -> Self {
+        Self { from, to }
+    }
+
     /// Checks that the range overlaps the recording.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use clap::builder::StyledStr;
 use jde_terminal::TITLE;
 
 /// The title of each group with its verbs.
-const GROUPS: [(&str, &[&str]); 5] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     ("Run", &["demo", "run", "replay", "experiment", "test", "sim"]),
     ("Write", &["new", "check", "describe", "validate", "plugins"]),
     (
@@ -24,6 +24,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "step",
         ],
     ),
+    ("Serve agents", &["mcp"]),
 ];
 
 /// Returns the command with its verbs listed by group. Verbs of no group follow last.

@@ -1,5 +1,6 @@
 //! The executable as a user sees it: real processes, real files, exit statuses.
 
+mod agents;
 mod agreeing;
 mod applications;
 mod attached;

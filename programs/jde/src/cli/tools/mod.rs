@@ -4,22 +4,23 @@ mod check;
 pub(crate) mod client;
 mod completions;
 mod describe;
-mod experiment;
-mod info;
+pub(crate) mod experiment;
+pub(crate) mod info;
 mod link;
 mod man;
+mod mcp;
 mod new;
-mod plot;
+pub(crate) mod plot;
 mod plugins;
 pub(crate) mod recording;
 mod replay;
-mod report;
+pub(crate) mod report;
 mod ros_args;
 mod ros_params;
 mod run;
 mod shell;
 mod sim;
-mod test;
+pub(crate) mod test;
 mod validate;
 mod view;
 
@@ -52,6 +53,7 @@ pub(super) enum Tool {
     #[command(flatten)]
     Client(Client),
     Shell(shell::Shell),
+    Mcp(mcp::Mcp),
     View(view::View),
 }
 
@@ -76,6 +78,7 @@ impl Tool {
             Self::Man(man) => man.run(),
             Self::Client(verb) => verb.run(&Context::new(Log::start(filter.unwrap_or_default()))),
             Self::Shell(shell) => shell.run(Log::start(filter.unwrap_or_default())),
+            Self::Mcp(mcp) => mcp.run(filter),
             Self::View(view) => view.run(&Context::default(), filter),
         }
     }
