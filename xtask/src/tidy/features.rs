@@ -6,8 +6,8 @@ use crate::metadata::{Metadata, Package};
 
 /// The packages with a switch, and their features.
 const SWITCHES: &[(&str, &[&str])] = &[
-    // Windows need a screen. `gamepad` is a former switch.
-    ("jde", &["default", "gamepad", "view"]),
+    // Windows need a screen.
+    ("jde", &["default", "view"]),
 ];
 
 pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
