@@ -2,8 +2,8 @@
 
 The policy imitates the planner of that application: the planner drives, and now and then random commands lead it astray for
 less than a second, so that it shows the way back. In further rounds the policy so far does that instead of the random
-commands (as HG-DAgger: Kelly et al., 2019). Five networks of other samples are the ensemble whose spread is the doubt. What they see and command is stated by
-apps/policy/local.toml alone.
+commands (as HG-DAgger: Kelly et al., 2019). Five networks of other samples are the ensemble whose spread is the doubt.
+What they see and command is stated by apps/policy/local.toml alone.
 
     pip install numpy gymnasium onnx
     python3 examples/python/local.py                 # half a minute of one core
