@@ -206,11 +206,11 @@ impl Body {
 
     /// Checks `wanted` among these points, in the frame of the base.
     ///
-    /// Within the margin, half of the present clearance counts instead, so that a body that came too close
-    /// can leave.
+    /// A body that is nearer than twice the margin may move as long as it comes no nearer than it does if it stands, by the rule of
+    /// a guard: what this permits, a guard of the same margin does not refuse.
     pub(crate) fn permit_among(&self, points: &[Point2D], wanted: Twist, ability: &Ability) -> Permit {
-        let clearance = self.outline.clearance(&Pose2D::ORIGIN, points);
-        let margin = ability.margin.min(clearance / 2.0);
+        let margin = ability.margin;
+        let is_close = self.outline.clearance(&Pose2D::ORIGIN, points) < 2.0 * margin;
         let stopping = |command: Twist| {
             let maneuver = Maneuver {
                 velocity: self.travel.velocity,
@@ -220,7 +220,14 @@ impl Body {
                 hold: ability.hold,
                 dynamics: ability.dynamics,
             };
-            maneuver.stopping(&self.outline, points, margin)
+            match maneuver.stopping(&self.outline, points, margin) {
+                Stopping::Touches { .. }
+                    if is_close && maneuver.keeps_clear(&self.outline, points, margin) =>
+                {
+                    Stopping::Free
+                }
+                stopping => stopping,
+            }
         };
         let turn = wanted.angular.z;
         let mut blocking = None;
@@ -238,6 +245,78 @@ impl Body {
             Stopping::Free => Permit::Turn(spot, blocking.unwrap_or_default()),
             Stopping::Touches { point, .. } => Permit::Stay(point),
             Stopping::Unknown => Permit::Unknown,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_motion::Surroundings;
+    use jde_schema::types::Footprint;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const DYNAMICS: BaseDynamics = BaseDynamics {
+        acceleration: 0.9,
+        deceleration: 0.9,
+        turn_acceleration: 3.0,
+        turn_deceleration: 3.0,
+        lag: 0.1,
+    };
+    const MARGIN: f64 = 0.05;
+
+    fn body() -> Body {
+        Body::new(&Footprint::circle(0.25), Pose2D::ORIGIN).expect("a circle")
+    }
+
+    fn permit(points: &[Point2D], wanted: Twist) -> Permit {
+        let ability = Ability {
+            dynamics: DYNAMICS,
+            margin: MARGIN,
+            hold: HOLD,
+        };
+        body().permit_among(points, wanted, &ability)
+    }
+
+    #[test]
+    fn a_body_within_its_margin_leaves_and_comes_no_nearer() {
+        let ahead = Point2D { x: 0.28, y: 0.0 };
+        assert_eq!(
+            permit(&[ahead], Twist::planar(0.1, 0.0)),
+            Permit::Turn(Twist::ZERO, ahead)
+        );
+        let away = Twist::planar(-0.1, 0.0);
+        assert_eq!(permit(&[ahead], away), Permit::Go(away));
+        let beside = Point2D { x: -0.02, y: 0.28 };
+        let past = Twist::planar(0.1, 0.0);
+        assert_eq!(permit(&[beside], past), Permit::Go(past));
+        let before = Point2D { x: 0.1, y: 0.27 };
+        assert!(
+            !matches!(permit(&[before], past), Permit::Go(_)),
+            "it would come nearer"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn what_it_permits_a_guard_of_its_margin_permits(
+            points in prop::collection::vec((-0.6..0.6_f64, -0.6..0.6_f64), 1..12),
+            (speed, turn) in (-0.5..0.5_f64, -2.0..2.0_f64),
+        ) {
+            let mut state = Surroundings {
+                footprint: Footprint::circle(0.25),
+                reaction: HOLD,
+                margin: MARGIN,
+                dynamics: DYNAMICS,
+                ..Surroundings::default()
+            };
+            let points: Vec<Point2D> = points.into_iter().map(|(x, y)| Point2D { x, y }).collect();
+            for &point in &points {
+                state.points.push(point).expect("few points");
+            }
+            let given = permit(&points, Twist::planar(speed, turn)).twist();
+            prop_assert_eq!(state.judge(core::time::Duration::ZERO, &given), Ok(()));
         }
     }
 }
