@@ -60,11 +60,11 @@ pub(crate) enum Kind {
 /// The packages that the lock file selects, and their dependencies.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Resolve {
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<ResolvedPackage>,
 }
 
 #[derive(Debug, Deserialize)]
-pub(crate) struct Node {
+pub(crate) struct ResolvedPackage {
     pub(crate) id: String,
     pub(crate) deps: Vec<Edge>,
 }

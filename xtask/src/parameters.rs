@@ -44,11 +44,11 @@ struct Plugin {
 #[derive(Deserialize)]
 struct Schema {
     name: String,
-    ports: Vec<Port>,
+    ports: Vec<PortParameter>,
 }
 
 #[derive(Deserialize)]
-struct Port {
+struct PortParameter {
     name: String,
     role: String,
     unit: String,
@@ -60,7 +60,7 @@ struct Port {
     former_name: Option<String>,
 }
 
-impl Port {
+impl PortParameter {
     /// Returns the default as files write it; a dash for a value of several fields.
     fn default(&self) -> String {
         let choice = self

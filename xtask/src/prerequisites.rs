@@ -15,11 +15,11 @@ struct Tool {
     name: &'static str,
     /// A command that succeeds if the tool works.
     probe: &'static [&'static str],
-    from: Source,
+    from: Origin,
 }
 
 #[derive(Clone, Copy)]
-enum Source {
+enum Origin {
     /// Packages of Debian and Ubuntu.
     Apt(&'static [&'static str]),
     /// A component of the Rust toolchain.
@@ -30,12 +30,12 @@ const TOOLS: &[Tool] = &[
     Tool {
         name: "a C and a C++ compiler",
         probe: &["sh", "-c", "cc --version && c++ --version"],
-        from: Source::Apt(&["gcc", "g++", "libc6-dev"]),
+        from: Origin::Apt(&["gcc", "g++", "libc6-dev"]),
     },
     Tool {
         name: "CMake",
         probe: &["cmake", "--version"],
-        from: Source::Apt(&["cmake", "make"]),
+        from: Origin::Apt(&["cmake", "make"]),
     },
     Tool {
         name: "OpenCV and Eigen, for the examples in C++",
@@ -44,19 +44,19 @@ const TOOLS: &[Tool] = &[
             "-c",
             "ls /usr/include/opencv4/opencv2/imgproc.hpp /usr/include/eigen3/Eigen/Core",
         ],
-        from: Source::Apt(&["libopencv-imgproc-dev", "libeigen3-dev"]),
+        from: Origin::Apt(&["libopencv-imgproc-dev", "libeigen3-dev"]),
     },
     Tool {
         name: "valgrind",
         // It also needs the symbols of the dynamic linker: without them it cannot start any program.
         probe: &["valgrind", "--quiet", "true"],
-        from: Source::Apt(&["valgrind", "libc6-dbg"]),
+        from: Origin::Apt(&["valgrind", "libc6-dbg"]),
     },
     Tool {
         name: "Python",
         // The clients of other projects import tkinter, though none of them opens a window.
         probe: &["python3", "-c", "import ensurepip, tkinter"],
-        from: Source::Apt(&["python3", "python3-venv", "python3-tk"]),
+        from: Origin::Apt(&["python3", "python3-venv", "python3-tk"]),
     },
     SCREEN,
     SLURM,
@@ -68,17 +68,17 @@ const TOOLS: &[Tool] = &[
             "-c",
             "PATH=$PATH:/usr/sbin; command -v debootstrap && command -v lintian && command -v dpkg-shlibdeps",
         ],
-        from: Source::Apt(&["debootstrap", "dpkg-dev", "lintian"]),
+        from: Origin::Apt(&["debootstrap", "dpkg-dev", "lintian"]),
     },
     Tool {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
-        from: Source::Rustup("rustfmt"),
+        from: Origin::Rustup("rustfmt"),
     },
     Tool {
         name: "clippy",
         probe: &["cargo", "clippy", "--version"],
-        from: Source::Rustup("clippy"),
+        from: Origin::Rustup("clippy"),
     },
 ];
 
@@ -92,7 +92,7 @@ const SCREEN: Tool = Tool {
         "-c",
         "command -v Xvfb && command -v xdotool && ls /usr/share/vulkan/icd.d/lvp_icd.*",
     ],
-    from: Source::Apt(&[
+    from: Origin::Apt(&[
         "libegl1",
         "libgl1-mesa-dri",
         "libxcursor1",
@@ -113,7 +113,7 @@ const SLURM: Tool = Tool {
         "-c",
         "PATH=$PATH:/usr/sbin; command -v slurmctld && command -v slurmd && command -v sbatch && command -v mungekey",
     ],
-    from: Source::Apt(&["slurm-wlm", "munge"]),
+    from: Origin::Apt(&["slurm-wlm", "munge"]),
 };
 
 /// Returns whether this machine can run a Slurm cluster.
@@ -216,8 +216,8 @@ fn installation(missing: &[&Tool], privilege: Privilege) -> Vec<Vec<&'static str
     let mut components = Vec::new();
     for tool in missing {
         match tool.from {
-            Source::Apt(names) => packages.extend_from_slice(names),
-            Source::Rustup(component) => components.push(component),
+            Origin::Apt(names) => packages.extend_from_slice(names),
+            Origin::Rustup(component) => components.push(component),
         }
     }
     let mut commands = Vec::new();
@@ -245,8 +245,8 @@ impl Tool {
 
     fn how(&self) -> String {
         match self.from {
-            Source::Apt(packages) => format!("sudo apt-get install {}", packages.join(" ")),
-            Source::Rustup(component) => {
+            Origin::Apt(packages) => format!("sudo apt-get install {}", packages.join(" ")),
+            Origin::Rustup(component) => {
                 format!("rustup component add {component}, or the package of that name where Rust came from")
             }
         }

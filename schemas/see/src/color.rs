@@ -74,7 +74,7 @@ pub(crate) struct Tuning {
 const MAX_BLOBS: usize = Seq::<ColorBlob, 32>::CAPACITY;
 
 /// An area that was found.
-struct Found {
+struct FoundArea {
     color: usize,
     component: Component,
     observation: Observation,
@@ -148,7 +148,7 @@ impl Color {
     }
 
     /// Returns the areas of all colours, the largest first. Those that are not published are not measured.
-    fn find(&mut self, cx: &Context, pixels: &Pixels<'_>, camera: &CameraModel) -> Vec<Found> {
+    fn find(&mut self, cx: &Context, pixels: &Pixels<'_>, camera: &CameraModel) -> Vec<FoundArea> {
         let least = self.pixels.get(cx) as usize;
         let ranges: Vec<ColorRange> = self
             .current_colors(cx)
@@ -170,7 +170,7 @@ impl Color {
                 large
                     .into_iter()
                     .enumerate()
-                    .map(|(place, (number, component))| Found {
+                    .map(|(place, (number, component))| FoundArea {
                         color,
                         component: *component,
                         observation: if place < MAX_BLOBS {
@@ -187,7 +187,7 @@ impl Color {
     }
 }
 
-impl Found {
+impl FoundArea {
     fn blob(&self, camera: &CameraModel, mount: &CameraMount, height: usize) -> ColorBlob {
         let Component { count, columns, rows } = self.component;
         let [bearing, elevation] = self.observation.angles(mount.pan, mount.tilt);
