@@ -32,7 +32,7 @@ pub(super) struct End {
 struct EndInner {
     has_begun: AtomicBool,
     begun: Notify,
-    /// Set once; signals end the process from then on.
+    /// Listens until the process ends; a second signal ends it at once.
     signals: parking_lot::Mutex<Option<SignalListener>>,
 }
 

@@ -29,8 +29,7 @@ type Key = (String, String, Slot);
 /// The holds of the agent.
 #[derive(Default)]
 pub(super) struct Holds {
-    /// `None` after the end.
-    open: Mutex<State>,
+    state: Mutex<State>,
 }
 
 #[derive(Default)]
@@ -48,7 +47,7 @@ impl Holds {
         let schema = request.action.schema().to_owned();
         let key = (remote.about().id.clone(), schema, slot(&request.action)?);
         let before = {
-            let mut state = self.open.lock();
+            let mut state = self.state.lock();
             state.check(&key)?;
             // The agent's own stop would refuse its play.
             match request.action {
@@ -59,7 +58,7 @@ impl Holds {
         drop(before);
         let hold = begin_hold(remote, request)?;
         let losses = hold.losses().to_owned();
-        let mut state = self.open.lock();
+        let mut state = self.state.lock();
         if state.has_ended {
             drop(state);
             drop(hold);
@@ -76,7 +75,7 @@ impl Holds {
     pub(super) fn release(&self, remote: &Remote, schema: &str) -> usize {
         let id = &remote.about().id;
         let of_schema = |key: &Key| key.0 == *id && key.1 == schema;
-        let mut state = self.open.lock();
+        let mut state = self.state.lock();
         let released: Vec<Hold> = state
             .holds
             .extract_if(.., |key, _| of_schema(key))
@@ -89,7 +88,7 @@ impl Holds {
 
     /// Ends all holds, at the same time, and refuses further ones.
     pub(super) fn end(&self) {
-        let mut state = self.open.lock();
+        let mut state = self.state.lock();
         state.has_ended = true;
         let holds = std::mem::take(&mut state.holds);
         drop(state);
