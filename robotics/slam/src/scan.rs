@@ -99,10 +99,16 @@ impl Scan {
             })
             .collect();
         let increment = scan.angle_increment.abs();
-        let least = (FREE_WIDTH / f64::from(increment)).clamp(FREE_BEAMS.0, FREE_BEAMS.1);
-        let ends = without_lone(&ends, scan.ranges.len(), least as usize);
+        let view = f64::from(increment) * scan.ranges.len() as f64;
+        // What a narrow view has in common with the last one is little: all of it counts.
+        let ends = if view > ALL_AROUND {
+            let least = (FREE_WIDTH / f64::from(increment)).clamp(FREE_BEAMS.0, FREE_BEAMS.1);
+            without_lone(&ends, scan.ranges.len(), least as usize)
+        } else {
+            ends
+        };
         let mut read = Self::of_ends(&ends, increment, start, most);
-        read.view = f64::from(increment) * scan.ranges.len() as f64;
+        read.view = view;
         read
     }
 
@@ -371,24 +377,27 @@ mod tests {
 
     #[test]
     fn a_beam_that_nothing_came_back_from_between_others_that_met_a_wall_says_nothing() {
-        let mut ranges = wall();
+        let around = |ranges: &[f32]| {
+            let mut scan = laser(ranges);
+            scan.angle_increment = core::f32::consts::TAU / ranges.len() as f32;
+            scan.state_last_angle();
+            let scan = Scan::new(&scan, |_| Pose2D::ORIGIN, 720, 20.0);
+            (scan.points().len(), scan.free().len())
+        };
+        let mut ranges = [3.0; 500];
         (ranges[10], ranges[20], ranges[21]) = (f32::INFINITY, f32::INFINITY, 30.0);
-        let scan = read(&ranges);
-        assert_eq!((scan.points().len(), scan.free().len()), (47, 0));
-        ranges[30..34].fill(f32::INFINITY);
-        let scan = read(&ranges);
-        assert_eq!((scan.points().len(), scan.free().len()), (43, 4), "a door");
+        assert_eq!(around(&ranges), (497, 0));
+        ranges[30..35].fill(f32::INFINITY);
+        assert_eq!(around(&ranges), (492, 5), "a door");
         // A laser of few beams sees a door by two of them.
-        let mut coarse = laser(&ranges);
-        coarse.angle_increment = 0.04;
-        coarse.state_last_angle();
-        let scan = Scan::new(&coarse, |_| Pose2D::ORIGIN, 360, 20.0);
-        assert_eq!((scan.points().len(), scan.free().len()), (43, 6));
-        // Most beams of a hall meet nothing.
-        let mut ranges = [f32::INFINITY; 50];
-        (ranges[10], ranges[40]) = (f32::NAN, 5.0);
+        let mut coarse = [3.0; 100];
+        (coarse[10], coarse[20], coarse[21]) = (f32::INFINITY, f32::INFINITY, 30.0);
+        assert_eq!(around(&coarse), (97, 2));
+        // Of a narrow view all counts.
+        let mut ranges = wall();
+        ranges[10] = f32::INFINITY;
         let scan = read(&ranges);
-        assert_eq!((scan.points().len(), scan.free().len()), (1, 48));
+        assert_eq!((scan.points().len(), scan.free().len()), (49, 1));
     }
 
     #[test]
