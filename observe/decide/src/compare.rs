@@ -86,12 +86,17 @@ impl DecisionMatcher {
         self.compare(now.saturating_sub(COUNTERPART_WAIT));
     }
 
-    /// Compares all remaining selections, up to the end of the replay.
-    pub(super) fn finish(mut self, until: Nanos) -> Comparison {
+    /// Compares all remaining selections, up to the end of the replay. If the recording was cut off, a selection that still
+    /// waits for its counterpart is not compared: that may be in the part that is lost.
+    pub(super) fn finish(mut self, until: Nanos, is_cut_off: bool) -> Comparison {
         for group in self.groups.values_mut() {
             group.recorded.retain(|decision| ns(decision) <= until);
         }
-        self.compare(Nanos::MAX);
+        self.compare(if is_cut_off {
+            until.saturating_sub(COUNTERPART_WAIT)
+        } else {
+            Nanos::MAX
+        });
         self.comparison
             .first
             .sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
@@ -197,4 +202,46 @@ fn is_same_candidate(then: &CandidateRecord, now: &CandidateRecord) -> bool {
         (Some(_), None) | (None, Some(_)) => false,
     };
     urgency && then.name == now.name && then.state == now.state && then.ready == now.ready
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_core::Case;
+    use jde_records::DecidedBy;
+
+    use super::*;
+
+    fn decision(time_s: f64) -> Decision {
+        Decision {
+            number: 1,
+            time_s,
+            group: "roots".to_owned(),
+            case: Case::Alone,
+            candidates: Vec::new(),
+            before: None,
+            choice: None,
+            decider: DecidedBy::Nobody,
+            reason: String::new(),
+            cause: String::new(),
+            changed: false,
+            takeover_us: None,
+        }
+    }
+
+    /// Returns the counts of equal and of different selections, if the last two are not in the recording.
+    fn compared(is_cut_off: bool) -> (u64, u64) {
+        let mut matcher = DecisionMatcher::new(Span::default(), 0);
+        matcher.push_recorded(decision(1.0));
+        for time in [1.0, 2.0, 9.9] {
+            matcher.push_replayed(decision(time), Vec::new());
+        }
+        let comparison = matcher.finish(9_900_000_000, is_cut_off);
+        (comparison.same, comparison.different)
+    }
+
+    #[test]
+    fn what_a_cut_recording_has_lost_at_its_end_is_no_difference() {
+        assert_eq!(compared(false), (1, 2));
+        assert_eq!(compared(true), (1, 1), "that of 2 s is too old to be lost");
+    }
 }

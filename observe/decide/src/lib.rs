@@ -210,7 +210,7 @@ pub fn replay_and_compare(
     };
     Ok(ReplayReport {
         reloads: reader.reloads().into_iter().filter_map(name).collect(),
-        comparison: decisions.finish(until),
+        comparison: decisions.finish(until, reader.damage().is_some()),
         values: drive.hierarchy().writes.then(|| values.finish()),
         until,
         lost_steps: reader.lost_steps(),

@@ -121,7 +121,7 @@ impl Selections {
         let damage = damage.map(|damage| format!("it ends too soon, {damage}; the part before it is read"));
         let gaps = recording.gaps().iter().map(ToString::to_string);
         let notes = damage.into_iter().chain(gaps).chain(recording.left_out().lines());
-        let notes = notes.collect();
+        let notes: Vec<String> = notes.collect();
         let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
         let (first, _) = recording.times().unwrap_or_default();
         let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
@@ -137,8 +137,9 @@ impl Selections {
             }
         }
         if decisions.is_empty() {
+            let missing = notes.iter().map(|note| format!(": {note}")).collect::<String>();
             return Err(Failure::usage(
-                format!("{} contains no selections", display_path(file)),
+                format!("{} contains no selections{missing}", display_path(file)),
                 "`jde run APP --record FILE` records them",
             ));
         }
