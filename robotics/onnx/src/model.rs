@@ -1,4 +1,4 @@
-//! The messages of an ONNX file (https://onnx.ai/onnx/repo-docs/IR.html) as they are written. It judges only what no
+//! The messages of an ONNX file (<https://onnx.ai/onnx/repo-docs/IR.html>) as they are written. It judges only what no
 //! reader can overlook.
 
 use crate::OnnxError;

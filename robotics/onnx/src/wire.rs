@@ -1,4 +1,4 @@
-//! The wire format of protocol buffers (https://protobuf.dev/programming-guides/encoding): the fields of one message.
+//! The wire format of protocol buffers (<https://protobuf.dev/programming-guides/encoding>): the fields of one message.
 //! It knows no message.
 
 /// A field's value.

@@ -1,4 +1,4 @@
-//! The operators. Each is compiled once from its node and its version, and computes as https://onnx.ai/onnx/operators
+//! The operators. Each is compiled once from its node and its version, and computes as <https://onnx.ai/onnx/operators>
 //! defines it; attributes that it does not know are refused.
 
 mod elementwise;
