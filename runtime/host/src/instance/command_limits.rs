@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_exceeds_its_limit_in_either_direction() {
+    fn r7_no_number_exceeds_its_limit_in_either_direction() {
         assert_eq!(
             limited(Twist::planar(1.2, -2.0)),
             (false, Twist::planar(1.2, -2.0))
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arc_stays_its_arc() {
+    fn r7_an_arc_stays_its_arc() {
         assert_eq!(
             limited(Twist::planar(-2.4, 1.0)),
             (true, Twist::planar(-1.2, 0.5))
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_no_speed_is_limited_alone() {
+    fn r7_a_number_that_is_no_speed_is_limited_alone() {
         let stated = Vector3 {
             x: 1.0,
             y: 1.0,
