@@ -140,7 +140,7 @@ pub(crate) const STEPS: &[TestStep<Context>] = &[
         title: "packages, installed and removed in a fresh Debian without Rust",
         help: "see the output of the command above; the packages are in target/package, the Debian in target/package/root",
         is_heavy: true,
-        is_beside: true,
+        is_beside: false,
         needs: &["build"],
         run: package::trial::run,
     },
