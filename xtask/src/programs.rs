@@ -1,8 +1,9 @@
 //! The test programs that a build produces. Lists them from cargo's JSON messages, and runs them.
 
 use std::fs;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,7 +13,6 @@ use serde::Deserialize;
 
 use crate::paint::Paint;
 use crate::shell;
-use crate::step::output;
 use crate::test::Context;
 
 /// Programs that measure how long their schemas hang: they run first and alone.
@@ -223,6 +223,24 @@ fn run(mut job: Job, paint: Paint) -> Option<String> {
     (!passed).then(|| format!("{} ({})", job.title, failed_tests(&output).join(", ")))
 }
 
+/// Runs a command. Returns what it writes, and whether it succeeds.
+fn output(command: &mut Command) -> Result<(String, bool)> {
+    let (mut reader, writer) = io::pipe()?;
+    command
+        .stdin(Stdio::null())
+        .stdout(writer.try_clone()?)
+        .stderr(writer);
+    let mut child = command.spawn().context("cannot start it")?;
+    // The command keeps a copy of the pipe's end that writes.
+    *command = Command::new("true");
+    let mut output = Vec::new();
+    reader.read_to_end(&mut output)?;
+    Ok((
+        String::from_utf8_lossy(&output).into_owned(),
+        child.wait()?.success(),
+    ))
+}
+
 fn report(title: &str, output: &str, passed: bool, time: Duration, paint: Paint) -> String {
     let time = time.as_secs_f64();
     if passed {
@@ -333,6 +351,12 @@ mod tests {
         ]);
         run_all(jobs, Paint::plain()).unwrap();
         assert_eq!(fs::read_to_string(file).unwrap(), "first\nside\nlong\nlast\n");
+    }
+
+    #[test]
+    fn standard_output_and_standard_error_are_read() {
+        let (text, passed) = output(&mut job("echo one; echo two >&2; exit 3").command).unwrap();
+        assert_eq!((text.as_str(), passed), ("one\ntwo\n", false));
     }
 
     #[test]

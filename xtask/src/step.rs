@@ -1,15 +1,10 @@
-//! Runs steps one after another, and some beside the others. Prints each step's title, its time and, if it fails, what to
-//! do. It does not depend on what the steps do.
+//! Runs steps one after another. Prints each step's title, its time and, if it fails, what to do. It
+//! does not depend on what the steps do.
 
 use std::fmt::Write as _;
-use std::io::{self, Read as _};
-use std::process::{Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 
 use crate::paint::Paint;
 
@@ -22,8 +17,6 @@ pub(crate) struct TestStep<C> {
     pub(crate) help: &'static str,
     /// Whether the step runs only with `--all`, or by its name.
     pub(crate) is_heavy: bool,
-    /// Whether the step runs beside those after it, as a process: it measures no time, and none needs it.
-    pub(crate) is_beside: bool,
     /// If one of these steps failed, this step is skipped, since it would report nothing new.
     pub(crate) needs: &'static [&'static str],
     pub(crate) run: fn(&C) -> Result<StepOutcome>,
@@ -62,19 +55,7 @@ impl StepSelection {
 /// The results of the chosen steps.
 #[derive(Debug, Default)]
 pub(crate) struct StepReport {
-    lines: Vec<StepLine>,
-    /// How long all took together.
-    time: Duration,
-}
-
-/// The result of one step.
-#[derive(Debug)]
-struct StepLine {
-    /// Its place among the chosen steps.
-    place: usize,
-    name: &'static str,
-    result: StepResult,
-    time: Duration,
+    lines: Vec<(&'static str, StepResult, Duration)>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -84,117 +65,27 @@ enum StepResult {
     Skipped(String),
 }
 
-/// A step that runs beside others.
-struct StepBeside {
-    place: usize,
-    name: &'static str,
-    title: String,
-    help: &'static str,
-    command: Command,
-}
-
-/// Runs the chosen steps in their order. Prints the title, the time and the outcome of each. Those that run beside others
-/// begin at their place, one after another, as the commands that `beside` returns for their names; without it all steps
-/// run one after another.
+/// Runs the chosen steps in their order. Prints the title, the time and the outcome of each.
 pub(crate) fn run_all<C>(
     steps: &[TestStep<C>],
     context: &C,
     choice: &StepSelection,
     paint: Paint,
-    beside: Option<&dyn Fn(&str) -> Command>,
 ) -> StepReport {
-    let begun = Instant::now();
     let chosen: Vec<&TestStep<C>> = steps.iter().filter(|step| choice.includes(step)).collect();
-    // Alone it needs no other process.
-    let beside = beside.filter(|_| chosen.iter().any(|step| !step.is_beside));
-    let report = Mutex::new(StepReport::default());
-    thread::scope(|scope| {
-        let (sender, queue) = channel();
-        let queued = scope.spawn(|| run_queued(queue, &report, choice, paint));
-        for (place, step) in chosen.iter().enumerate() {
-            let title = format!("[{}/{}] {}: {}", place + 1, chosen.len(), step.name, step.title);
-            println!("\n{}", paint.bold(&title));
-            let start = Instant::now();
-            let skipped = locked(&report).reason_to_skip(step, choice);
-            if let Some(beside) = beside.filter(|_| step.is_beside && skipped.is_none()) {
-                println!("it runs beside the steps that follow; its output comes when it ends");
-                let step = StepBeside {
-                    place,
-                    name: step.name,
-                    title,
-                    help: step.help,
-                    command: beside(step.name),
-                };
-                sender.send(step).expect("the thread takes all steps");
-                continue;
-            }
-            let result = skipped.map_or_else(|| run(step, context), StepResult::Skipped);
-            locked(&report).add(place, step.name, result, start.elapsed(), paint);
-        }
-        drop(sender);
-        queued.join().expect("the thread does not panic");
-    });
-    let mut report = report.into_inner().unwrap_or_else(PoisonError::into_inner);
-    report.lines.sort_by_key(|line| line.place);
-    report.time = begun.elapsed();
-    report
-}
-
-/// Runs the steps of a queue until it closes, and prints what each writes when it ends.
-fn run_queued(queue: Receiver<StepBeside>, report: &Mutex<StepReport>, choice: &StepSelection, paint: Paint) {
-    for mut step in queue {
+    let mut report = StepReport::default();
+    for (index, step) in chosen.iter().enumerate() {
+        let title = format!("[{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.title);
+        println!("\n{}", paint.bold(&title));
         let start = Instant::now();
-        let result = if choice.fail_fast && locked(report).has_failed() {
-            StepResult::Skipped("an earlier step failed".to_owned())
-        } else {
-            let (output, passed) = output(&mut step.command)
-                .unwrap_or_else(|error| (format!("it cannot be started: {error:#}"), false));
-            println!("\n{}\n{}", paint.bold(&step.title), output.trim());
-            if passed {
-                skipped_in(&output, step.name).map_or(StepResult::Passed, StepResult::Skipped)
-            } else {
-                StepResult::Failed {
-                    error: "see its output above".to_owned(),
-                    help: step.help,
-                }
-            }
-        };
-        locked(report).add(step.place, step.name, result, start.elapsed(), paint);
+        let result = report
+            .reason_to_skip(step, choice)
+            .map_or_else(|| run(step, context), StepResult::Skipped);
+        let time = start.elapsed();
+        println!("{}", result.line(step.name, time, paint));
+        report.lines.push((step.name, result, time));
     }
-}
-
-/// Returns why a process skipped its only step, by the summary at the end of its output.
-fn skipped_in(output: &str, name: &str) -> Option<String> {
-    let (_, summary) = output.rsplit_once("\nSummary\n")?;
-    let mut lines = summary.lines();
-    let line = lines.find_map(|line| {
-        line.strip_prefix("skipped ")?
-            .strip_prefix(name)?
-            .strip_prefix(": ")
-    })?;
-    Some(line.to_owned())
-}
-
-fn locked(report: &Mutex<StepReport>) -> MutexGuard<'_, StepReport> {
-    report.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Runs a command. Returns what it writes, and whether it succeeds.
-pub(crate) fn output(command: &mut Command) -> Result<(String, bool)> {
-    let (mut reader, writer) = io::pipe()?;
-    command
-        .stdin(Stdio::null())
-        .stdout(writer.try_clone()?)
-        .stderr(writer);
-    let mut child = command.spawn().context("cannot start it")?;
-    // The command keeps a copy of the pipe's end that writes.
-    *command = Command::new("true");
-    let mut output = Vec::new();
-    reader.read_to_end(&mut output)?;
-    Ok((
-        String::from_utf8_lossy(&output).into_owned(),
-        child.wait()?.success(),
-    ))
+    report
 }
 
 fn run<C>(step: &TestStep<C>, context: &C) -> StepResult {
@@ -212,33 +103,23 @@ impl StepReport {
     pub(crate) fn has_failed(&self) -> bool {
         self.lines
             .iter()
-            .any(|line| matches!(line.result, StepResult::Failed { .. }))
-    }
-
-    /// Adds a result, and prints it.
-    fn add(&mut self, place: usize, name: &'static str, result: StepResult, time: Duration, paint: Paint) {
-        println!("{}", result.line(name, time, paint));
-        self.lines.push(StepLine {
-            place,
-            name,
-            result,
-            time,
-        });
+            .any(|(_, result, _)| matches!(result, StepResult::Failed { .. }))
     }
 
     /// Returns one line per step, and the counts alone on the last line, for programs that parse them.
     pub(crate) fn summary(&self, paint: Paint) -> String {
         let mut text = format!("\n{}\n", paint.bold("Summary"));
-        for line in &self.lines {
-            let _ = writeln!(text, "{}", line.result.line(line.name, line.time, paint));
+        for (name, result, time) in &self.lines {
+            let _ = writeln!(text, "{}", result.line(name, *time, paint));
         }
         let count = |is_counted: fn(&StepResult) -> bool| {
-            self.lines.iter().filter(|line| is_counted(&line.result)).count()
+            self.lines.iter().filter(|line| is_counted(&line.1)).count()
         };
         let passed = count(|result| matches!(result, StepResult::Passed));
         let failed = count(|result| matches!(result, StepResult::Failed { .. }));
         let skipped = count(|result| matches!(result, StepResult::Skipped(_)));
-        let _ = writeln!(text, "total time {}", duration(self.time));
+        let total = self.lines.iter().map(|line| line.2).sum();
+        let _ = writeln!(text, "total time {}", duration(total));
         let _ = write!(text, "\n{passed} passed, {failed} failed, {skipped} skipped");
         text
     }
@@ -250,10 +131,10 @@ impl StepReport {
         if choice.fail_fast && self.has_failed() {
             return Some("an earlier step failed".to_owned());
         }
-        let failed = self.lines.iter().find(|line| {
-            step.needs.contains(&line.name) && matches!(line.result, StepResult::Failed { .. })
+        let failed = self.lines.iter().find(|(name, result, _)| {
+            step.needs.contains(name) && matches!(result, StepResult::Failed { .. })
         })?;
-        Some(format!("{} failed", failed.name))
+        Some(format!("{} failed", failed.0))
     }
 }
 
@@ -303,7 +184,6 @@ mod tests {
                 title: "a title",
                 help: "what to do",
                 is_heavy: name == "grind",
-                is_beside: name == "tidy",
                 needs,
                 run,
             }
@@ -330,7 +210,7 @@ mod tests {
 
     fn outcome(choice: &StepSelection) -> (Vec<&'static str>, String, bool) {
         let trace = Trace::default();
-        let report = run_all(&steps(), &trace, choice, Paint::plain(), None);
+        let report = run_all(&steps(), &trace, choice, Paint::plain());
         let summary = report.summary(Paint::plain());
         let counts = summary.lines().last().unwrap_or_default().to_owned();
         (trace.into_inner(), counts, report.has_failed())
@@ -402,61 +282,10 @@ mod tests {
             &Trace::default(),
             &StepSelection::default(),
             Paint::plain(),
-            None,
         );
         let summary = report.summary(Paint::plain());
         assert!(summary.contains("s): broken\n        what to do"), "{summary}");
         assert!(summary.contains("skipped test: build failed"), "{summary}");
-    }
-
-    /// Runs all steps, one of them beside the others as that script.
-    fn outcome_beside(script: &'static str, choice: &StepSelection) -> (Vec<&'static str>, String) {
-        let trace = Trace::default();
-        let beside = |name: &str| {
-            let mut command = Command::new("sh");
-            command.args(["-c", script, name]);
-            command
-        };
-        let report = run_all(&steps(), &trace, choice, Paint::plain(), Some(&beside));
-        (trace.into_inner(), report.summary(Paint::plain()))
-    }
-
-    #[test]
-    fn a_step_beside_others_is_a_process_and_its_result_has_its_place() {
-        let all = StepSelection {
-            all: true,
-            ..StepSelection::default()
-        };
-        let (ran, summary) = outcome_beside("test $0 = tidy", &all);
-        assert_eq!(ran, ["build", "grind"]);
-        let names = ["build", "test", "tidy", "grind"];
-        let places = names.map(|name| summary.find(&format!(" {name}")).expect("each has a line"));
-        assert!(places.is_sorted(), "{summary}");
-        assert!(summary.ends_with("\n1 passed, 1 failed, 2 skipped"), "{summary}");
-        let (_, summary) = outcome_beside("echo broken; exit 1", &all);
-        assert!(summary.ends_with("\n0 passed, 2 failed, 2 skipped"), "{summary}");
-        let (_, summary) = outcome_beside("printf '\\nSummary\\nskipped tidy: no tidy\\n'", &all);
-        assert!(summary.contains("skipped tidy: no tidy\n"), "{summary}");
-    }
-
-    #[test]
-    fn a_step_that_is_chosen_alone_runs_in_this_process() {
-        let (ran, _) = outcome_beside(
-            "exit 1",
-            &StepSelection {
-                only: vec!["tidy".to_owned()],
-                ..StepSelection::default()
-            },
-        );
-        assert_eq!(ran, ["tidy"]);
-    }
-
-    #[test]
-    fn standard_output_and_standard_error_are_read() {
-        let mut command = Command::new("sh");
-        command.args(["-c", "echo one; echo two >&2; exit 3"]);
-        let (text, passed) = output(&mut command).unwrap();
-        assert_eq!((text.as_str(), passed), ("one\ntwo\n", false));
     }
 
     #[test]

@@ -51,24 +51,7 @@ pub(crate) fn run(root: PathBuf, choice: &StepSelection, options: Options, paint
         options,
         paint,
     };
-    // Before the build replaces this program by another of the same source.
-    let program = std::env::current_exe()?;
-    // The others wait for sockets, for robots and for one processor: these take what they leave, and delay no robot.
-    let idle = ["chrt", "--idle", "0"];
-    let is_idle = shell::succeeds(Command::new(idle[0]).args(&idle[1..]).arg("true"));
-    let beside = |name: &str| {
-        let mut command = Command::new(if is_idle {
-            idle[0].as_ref()
-        } else {
-            program.as_os_str()
-        });
-        if is_idle {
-            command.args(&idle[1..]).arg(&program);
-        }
-        command.args(["test", "--only", name]);
-        command
-    };
-    let report = step::run_all(STEPS, &context, choice, paint, Some(&beside));
+    let report = step::run_all(STEPS, &context, choice, paint);
     println!("{}", report.summary(paint));
     Ok(if report.has_failed() {
         ExitCode::FAILURE
