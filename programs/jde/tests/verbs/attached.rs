@@ -39,6 +39,17 @@ impl Sandbox {
         self.spawn(jde_with_plugins(&["run", application, "--plain"]), options)
     }
 
+    /// Starts an application, and waits until a schema of it acts.
+    pub(crate) fn start_acting(&self, application: &str) -> Running {
+        let running = self.start(application, &[]);
+        self.until(&["apps"], |apps| {
+            // In the order of their start.
+            let newest = apps.as_array().and_then(|apps| apps.last()).expect("it runs");
+            newest["acting"].as_array().is_some_and(|names| !names.is_empty())
+        });
+        running
+    }
+
     /// Plays a recording and waits until tools find it.
     pub(crate) fn replay(&self, file: &Path, options: &[&str]) -> Running {
         let mut command = jde(&["replay", "--plain"]);
@@ -156,9 +167,9 @@ impl Drop for Running {
     }
 }
 
-/// Starts a robot in the office, driven by four schemas.
+/// Starts a robot in the office, driven by four schemas. Waits until one of them acts.
 pub(crate) fn navigation(sandbox: &Sandbox) -> Running {
-    sandbox.start("apps/safe-navigation.toml", &[])
+    sandbox.start_acting("apps/safe-navigation.toml")
 }
 
 pub(crate) fn schema<'s>(snapshot: &'s Value, name: &str) -> &'s Value {

@@ -95,7 +95,7 @@ fn lie(sandbox: &Sandbox, name: &str, snapshot: Snapshot) -> Link {
 #[test]
 fn an_application_that_states_nonsense_is_named_and_the_others_are_shown() {
     let sandbox = Sandbox::new();
-    let _pair = sandbox.start(&pair(), &[]);
+    let _pair = sandbox.start_acting(&pair());
     let mut bad_winner = snapshot([None]);
     bad_winner.groups.push(GroupView {
         name: "roots".to_owned(),
