@@ -67,6 +67,9 @@ impl Announcements {
 
     /// Whether a topic is announced.
     fn is_due(&self, shared: &Shared, place: Place, topic: &Topic, topics: &[Topic]) -> bool {
+        if topic.is_standby && place.0 == Direction::Publish {
+            return false;
+        }
         match topic.announced {
             Announced::Always => true,
             Announced::WhileWanted => shared.is_wanted(place.1),

@@ -8,7 +8,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Queryable;
-use zenoh::sample::SampleKind;
+use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
 use crate::announcements::Announcements;
@@ -174,6 +174,10 @@ fn publish(
     let publisher = session
         .declare_publisher(key)
         .congestion_control(CongestionControl::Drop)
+        .allowed_destination(match topic.is_standby {
+            true => Locality::Remote,
+            false => Locality::Any,
+        })
         .priority(match topic.is_large {
             true => Priority::DataLow,
             // Requests and responses have `Data` and may block; these do not wait for them.

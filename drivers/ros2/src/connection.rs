@@ -175,7 +175,7 @@ impl RosConnection {
     }
 
     /// Whether there is no time of ROS 2 with which stamps can be compared.
-    fn is_timeless(&self) -> bool {
+    pub(crate) fn is_timeless(&self) -> bool {
         self.source == ClockSource::Follow && !self.clock.is_known()
     }
 

@@ -8,7 +8,7 @@ use std::thread;
 use jde_schema::prelude::Twist;
 
 /// Period of repetitions: 20 per second, like the programs of ROS 2.
-const REPEAT_INTERVAL: Duration = Duration::from_millis(50);
+pub(crate) const REPEAT_INTERVAL: Duration = Duration::from_millis(50);
 /// How long zero is sent at least: ten times, because the network may lose some messages, and a robot that stands may not
 /// have begun to follow the last command.
 const MIN_STOP_TIME: Duration = Duration::from_millis(500);

@@ -24,6 +24,7 @@ mod tf;
 mod topics;
 mod transform;
 mod velocity;
+mod watchdog;
 
 pub use actions::Actions;
 pub use base::Base;
@@ -33,12 +34,13 @@ pub use navigate::Navigate;
 pub use services::Services;
 pub use topics::Topics;
 pub use transform::Transform;
+pub use watchdog::Watchdog;
 
 jde_schema::export!(
     "ros2",
     "Connects to ROS 2 over Zenoh.",
     [
-        Topics, Services, Actions, Base, Follow, Navigate, Goals, Transform
+        Topics, Services, Actions, Base, Follow, Watchdog, Navigate, Goals, Transform
     ]
 );
 

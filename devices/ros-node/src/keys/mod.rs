@@ -73,6 +73,9 @@ pub struct Topic {
     /// Whether its messages command a robot. Those of this process are not received, since they would repeat themselves, and
     /// another node that publishes them is remarked.
     pub is_command: bool,
+    /// Whether the node publishes it only while no other does: it does not receive its own messages, and others do not discover
+    /// the publication, since it is no rival of theirs.
+    pub is_standby: bool,
     /// Whether one node alone sends its messages, as those of a sensor. While two do, none is received, and a remark names both.
     pub has_one_source: bool,
 }
@@ -175,6 +178,7 @@ impl Topic {
             gap: Duration::ZERO,
             is_large: value_type.bytes > BATCH_BYTES,
             is_command: false,
+            is_standby: false,
             has_one_source: false,
         }
     }
@@ -196,6 +200,7 @@ impl Topic {
             gap: Duration::ZERO,
             is_large: false,
             is_command: false,
+            is_standby: false,
             has_one_source: false,
         })
     }
@@ -351,6 +356,7 @@ impl Service {
             gap: Duration::ZERO,
             is_large: false,
             is_command: false,
+            is_standby: false,
             has_one_source: false,
         }
     }

@@ -12,6 +12,7 @@ mod services;
 mod standard;
 mod topics;
 mod transform;
+mod watchdog;
 
 use std::net::TcpListener;
 use std::thread;

@@ -193,3 +193,32 @@ fn another_clock_is_taken_while_the_driver_is_awake() {
     assert!(!simulation.has_scan());
     simulation.run_until(true);
 }
+
+#[test]
+fn r7_no_velocity_is_sent_while_the_time_of_a_simulation_stands() {
+    let mut simulation = Simulation::new();
+    let robot = listen::<Twist>(&simulation.session, "/cmd_vel");
+    let ahead = Twist::planar(0.3, 0.0);
+    let received = || std::iter::from_fn(|| receive::<Twist>(&robot)).last();
+    let drive_until = |simulation: &mut Simulation, expected: Twist, ticks: bool| {
+        while received() != Some(expected) {
+            simulation.fixture.bench.command("velocity", &ahead);
+            if ticks {
+                simulation.tick();
+            }
+            simulation.fixture.step();
+        }
+    };
+    drive_until(&mut simulation, ahead, true);
+    simulation.run_until(true);
+    simulation.stand();
+    simulation.fixture.start -= Duration::from_secs(3);
+    simulation.fixture.until_logged("the time on /clock stands");
+    drive_until(&mut simulation, Twist::ZERO, false);
+    for _ in 0..50 {
+        simulation.fixture.bench.command("velocity", &ahead);
+        simulation.fixture.step();
+        assert_ne!(received(), Some(ahead), "nobody sees where the robot goes");
+    }
+    drive_until(&mut simulation, ahead, true);
+}

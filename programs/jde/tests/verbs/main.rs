@@ -30,6 +30,7 @@ mod reloading;
 mod replaying;
 mod ros_limits;
 mod ros_node;
+mod ros_watchdog;
 mod running;
 mod screen;
 mod serving;
