@@ -4,14 +4,16 @@ mod arm;
 mod footprint;
 mod memory;
 mod panel;
+mod zones;
 
 pub use arm::{Arm, ArmState};
 pub use footprint::Footprint;
+pub use zones::{Occupied, Zones};
 
 jde_schema::export!(
     "guard",
     "Judges commands before they take effect.",
-    [Arm, Footprint]
+    [Arm, Footprint, Zones]
 );
 
 #[cfg(test)]
