@@ -53,6 +53,7 @@ pub(crate) enum Kind {
     Scan,
     Path,
     Odometry,
+    Image,
 }
 
 /// Numbers that go into the network, in the order of the file.
@@ -91,8 +92,25 @@ pub(crate) enum Source {
     },
     /// The target, in the frame of the base, at most `reach` m away.
     Target { pose: usize, reach: f64 },
+    /// A picture, resampled, channel after channel; a white pixel is `white`.
+    Pixels {
+        role: usize,
+        width: usize,
+        height: usize,
+        colours: Colours,
+        white: f64,
+    },
     /// The last command of the policy.
     Command(Axis),
+}
+
+/// The channels of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Colours {
+    /// One, how bright it is.
+    Grey,
+    /// Red, green and blue.
+    Rgb,
 }
 
 /// One number of the network's outputs, or all of one.

@@ -9,6 +9,7 @@ mod file;
 mod numbers;
 mod observe;
 mod output;
+mod pixels;
 mod policy;
 mod read;
 mod runner;

@@ -1,10 +1,11 @@
 //! From the values of variables to the numbers of a network, with what it saw before.
 
 use jde_abi::describe::Type;
-use jde_types::{LaserScan, Odometry, Path, Pose2D, Value};
+use jde_types::{Image, LaserScan, Odometry, Path, Pose2D, Value};
 
 use crate::file::{Axis, Input, Kind, PolicyFile, Source};
 use crate::numbers::{Numbers, collect};
+use crate::pixels::pixels;
 use crate::sources;
 
 /// The values of one step.
@@ -142,6 +143,7 @@ impl Kind {
             Self::Scan => Some(LaserScan::describe()),
             Self::Path => Some(Path::describe()),
             Self::Odometry => Some(Odometry::describe()),
+            Self::Image => Some(Image::describe()),
         }
     }
 }
@@ -211,6 +213,16 @@ impl Part {
                 let here = sources::pose(view(bytes(*pose)?).map_err(of(*pose))?).map_err(of(*pose))?;
                 let target = values.target().ok_or("there is no target")?;
                 self.raw.copy_from_slice(&sources::local(&here, &target, *reach));
+            }
+            Source::Pixels {
+                role,
+                width,
+                height,
+                colours,
+                white,
+            } => {
+                let image: &Image = view(bytes(*role)?).map_err(of(*role))?;
+                pixels(image, (*width, *height), *colours, *white, &mut self.raw).map_err(of(*role))?;
             }
             Source::Command(axis) => self.raw[0] = last[axis.index()],
         }

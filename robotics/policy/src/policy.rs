@@ -166,6 +166,7 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
         let place = find(report, &seen, input.into.as_ref(), &input.span, "input")?;
         let place = inputs.iter().position(|port| port.name == seen[place].name)?;
         let count = input.count * input.stack;
+        check_picture(report, input, &inputs[place]);
         places.push((place, filled[place], count));
         filled[place] += count;
     }
@@ -222,6 +223,24 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
         scores: scores.flatten(),
         doubt: doubt.flatten(),
     })
+}
+
+/// Reports a picture whose sides or channels are in another place, which as many numbers would hide.
+fn check_picture(report: &mut FaultReport<'_>, input: &file::Input, port: &Port) {
+    let file::Source::Pixels { width, height, .. } = input.source else {
+        return;
+    };
+    let given = [input.count * input.stack / (width * height), height, width];
+    if port.shape.len() > 2 && !port.shape.ends_with(&given) {
+        let message = format!(
+            "the network takes {}, of the shape {:?}, and the file gives {given:?}: channels, height, width",
+            quote(&port.name),
+            port.shape
+        );
+        report.fault(&input.span, message).advise(
+            "state its `width`, `height`, `colours` and `stack`; export a network with the channels first",
+        );
+    }
 }
 
 /// Returns how many numbers each member of an ensemble gives.

@@ -7,7 +7,8 @@ use jde_document::{Checked, FaultReport, Node, Section, WrongValue, quote, quote
 use toml::de::DeValue;
 
 use crate::file::{
-    Axis, COMMAND_AXES, Doubt, DoubtKind, Input, Kind, Memory, Output, Pick, PolicyFile, Role, Source,
+    Axis, COMMAND_AXES, Colours, Doubt, DoubtKind, Input, Kind, Memory, Output, Pick, PolicyFile, Role,
+    Source,
 };
 use crate::scale::{Normal, Scale};
 
@@ -16,11 +17,13 @@ const MAX_COUNT: usize = 10_000;
 const MAX_STACK: usize = 1000;
 /// The most parts, outputs or memories.
 const MAX_PARTS: usize = 1000;
+/// The longest side of a picture; a picture of that size in colour is as large as a network takes.
+const MAX_SIDE: usize = 256;
 /// The largest period, s.
 const MAX_PERIOD: f64 = 60.0;
 
 /// The keys that say where an input comes from.
-const SOURCE_KEYS: [&str; 5] = ["field", "rays", "path", "target", "command"];
+const SOURCE_KEYS: [&str; 6] = ["field", "rays", "path", "target", "pixels", "command"];
 /// The keys of each input.
 const COMMON_KEYS: [&str; 8] = ["limit", "range", "mean", "std", "clip", "stack", "into", "doc"];
 
@@ -128,6 +131,7 @@ fn input(report: &mut FaultReport, section: &Section<'_>, roles: &mut Vec<Role>)
         "rays" => &["rays", "count", "from_deg", "to_deg", "unknown"],
         "path" => &["path", "pose", "ahead", "reach"],
         "target" => &["target", "reach"],
+        "pixels" => &["pixels", "width", "height", "colours", "white"],
         _ => &["command"],
     };
     section.refuse_unknown(report, &[own, &COMMON_KEYS].concat());
@@ -138,6 +142,8 @@ fn input(report: &mut FaultReport, section: &Section<'_>, roles: &mut Vec<Role>)
     let metres = |node: &Node<'_>| within(node, 0.0, 1e4, "a distance in metres");
     let degrees = |node: &Node<'_>| within(node, -360.0, 360.0, "an angle in degrees");
     let counted = |node: &Node<'_>| whole(node, 1, MAX_COUNT);
+    // Pixels have a scale for each channel, all others one for each number.
+    let mut channels = None;
     let (source, count) = match *kind {
         "field" => {
             let (text, _) = section.required(report, "field", name)?;
@@ -210,9 +216,40 @@ fn input(report: &mut FaultReport, section: &Section<'_>, roles: &mut Vec<Role>)
                 2,
             )
         }
+        "pixels" => {
+            let role = role(report, "pixels", Kind::Image);
+            let side = |node: &Node<'_>| whole(node, 1, MAX_SIDE);
+            let width = section.required(report, "width", side);
+            let height = section.required(report, "height", side);
+            let colours = section.required(report, "colours", colours);
+            let white = section.required(report, "white", |node| {
+                within(node, 1e-3, 1e3, "the number of white")
+            });
+            let (width, height, colours) = (width?, height?, colours?);
+            let count = match colours {
+                Colours::Grey => 1,
+                Colours::Rgb => 3,
+            };
+            channels = Some((count, white?));
+            (
+                Source::Pixels {
+                    role: role?,
+                    width,
+                    height,
+                    colours,
+                    white: white?,
+                },
+                count * width * height,
+            )
+        }
         _ => (Source::Command(section.required(report, "command", axis)?), 1),
     };
-    let scale = scale(report, section, count);
+    let scale = match channels {
+        None => scale(report, section, count),
+        Some((channels, white)) => {
+            scale(report, section, channels).map(|scale| scale.of_channels(count / channels, white))
+        }
+    };
     let stack = section.optional(report, "stack", 1, |node| whole(node, 1, MAX_STACK));
     let into = section.optional(report, "into", None, |node| name(node).map(Some));
     Some(Input {
@@ -358,6 +395,20 @@ fn name(node: &Node<'_>) -> Checked<(String, Range<usize>)> {
     match node.get_ref().as_str() {
         Some(text) if !text.is_empty() => Ok((text.to_owned(), node.span())),
         _ => Err(WrongValue::shape(node, "a name")),
+    }
+}
+
+fn colours(node: &Node<'_>) -> Checked<Colours> {
+    match node.get_ref().as_str() {
+        Some("grey") => Ok(Colours::Grey),
+        Some("rgb") => Ok(Colours::Rgb),
+        Some(other) => Err(WrongValue::unknown(
+            node,
+            other,
+            "a kind of colours",
+            ["grey", "rgb"],
+        )),
+        None => Err(WrongValue::shape(node, "\"grey\" or \"rgb\"")),
     }
 }
 

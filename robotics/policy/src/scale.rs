@@ -21,6 +21,27 @@ pub(crate) enum Normal {
 }
 
 impl Scale {
+    /// Returns the scale of so many numbers for each channel, from 0 to `white` unless it states other limits.
+    pub(crate) fn of_channels(self, numbers: usize, white: f64) -> Self {
+        let each = |list: Vec<f64>| match list.len() {
+            1 => list,
+            _ => list.iter().flat_map(|of| vec![*of; numbers]).collect(),
+        };
+        let normal = match self.normal {
+            Normal::None => Normal::None,
+            Normal::Range(low, high) => Normal::Range(low, high),
+            Normal::Deviation { mean, std } => Normal::Deviation {
+                mean: each(mean),
+                std: each(std),
+            },
+        };
+        Self {
+            limit: self.limit.or(Some((0.0, white))),
+            normal,
+            clip: self.clip,
+        }
+    }
+
     /// Returns the scaled number at a place of its source.
     pub(crate) fn apply(&self, place: usize, number: f64) -> f32 {
         let limited = limit(number, self.limit);

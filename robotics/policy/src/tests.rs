@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path as FilePath, PathBuf};
 
-use jde_types::{Header, LaserScan, Odometry, Path, Pose2D, Seq, Twist, Value};
+use jde_types::{Header, Image, LaserScan, Odometry, Path, Pose2D, Seq, Text, Twist, Value};
 
 use super::*;
 
@@ -218,6 +218,81 @@ fn rays_a_path_and_a_target_are_numbers_in_the_order_of_the_file() {
     assert_eq!(seen[..8], [1.0; 8]);
 }
 
+/// A camera's picture of one colour.
+struct Seen(Box<Image>);
+
+impl Sense for Seen {
+    fn bytes(&self) -> &[u8] {
+        self.0.as_bytes()
+    }
+}
+
+fn camera(colour: [u8; 3], encoding: &str) -> Sensed {
+    let mut image = Image::boxed();
+    (image.width, image.height, image.step) = (16, 8, 48);
+    image.encoding = Text::new(encoding);
+    image.data.resize(16 * 8 * 3);
+    image.data.as_mut_slice().as_chunks_mut::<3>().0.fill(colour);
+    Sensed(vec![Some(Box::new(Seen(image)))], None)
+}
+
+#[test]
+fn a_picture_is_resampled_and_each_channel_scaled() {
+    let (policy, mut runner) = load(&text("picture.toml")).expect("the file is right");
+    assert_eq!(policy.roles().collect::<Vec<_>>(), ["camera"]);
+    let mut observer = observer(&policy, &[Image::describe()]);
+    assert_eq!(observer.bounds()[0], (f32::NEG_INFINITY, f32::INFINITY));
+    let seen = observer
+        .observe(&camera([255, 51, 0], "rgb8"))
+        .expect("it is a picture");
+    assert_eq!(seen.len(), 24);
+    for (channel, expected) in [1.0, 0.2, -1.0].into_iter().enumerate() {
+        let numbers = &seen[channel * 8..][..8];
+        assert!(
+            numbers.iter().all(|number| (number - expected).abs() < 1e-6),
+            "{numbers:?}"
+        );
+    }
+    let command = runner.step(seen).expect("the numbers are finite").command;
+    assert!(
+        (command[0] - 1.0).abs() < 1e-6 && (command[2] - 0.2).abs() < 1e-6,
+        "{command:?}"
+    );
+    let words = observer
+        .observe(&camera([0; 3], "yuv422"))
+        .expect_err("it is none of those");
+    assert_eq!(
+        words,
+        "`camera`: its encoding is `yuv422`, not rgb8, bgr8 or mono8"
+    );
+    let odometry = Odometry::describe();
+    let wrong = policy
+        .observer(&[&odometry])
+        .expect_err("an odometry is no picture");
+    assert!(
+        wrong[0].1.starts_with("it must be a sensor_msgs/msg/Image"),
+        "{}",
+        wrong[0].1
+    );
+
+    let grey = text("picture.toml").replace("colours = \"rgb\"", "colours = \"grey\"\nstack   = 3");
+    let grey = grey.replace("mean    = [0.5, 0.0, 0.25]\nstd     = [0.5, 1.0, 0.25]\n", "");
+    let (policy, _) = load(&grey).expect("three grey pictures are three channels");
+    let mut observer = super::tests::observer(&policy, &[Image::describe()]);
+    assert_eq!(observer.bounds()[0], (0.0, 1.0));
+    observer
+        .observe(&camera([0; 3], "rgb8"))
+        .expect("it is a picture");
+    let seen = observer
+        .observe(&camera([255; 3], "rgb8"))
+        .expect("it is a picture");
+    assert!(seen[..16].iter().all(|number| *number == 0.0), "{seen:?}");
+    assert!(
+        seen[16..].iter().all(|number| (number - 1.0).abs() < 1e-6),
+        "the newest is the last"
+    );
+}
+
 #[test]
 fn what_is_missing_is_said_and_nothing_is_kept() {
     let (_, mut observer) = wide_observer();
@@ -325,6 +400,18 @@ fn what_the_network_has_is_checked_against_the_file() {
             text("sum.toml").replace("input  = \"sum\"", "input = \"some\""),
             "the network has no input `some`",
         ),
+        (
+            text("picture.toml").replace("width   = 4\nheight  = 2", "width = 2\nheight = 4"),
+            "the network takes `obs`, of the shape [1, 3, 2, 4], and the file gives [3, 4, 2]: channels, height, width",
+        ),
+        (
+            text("picture.toml").replace("white   = 1\n", ""),
+            "`white` of input 1 is missing",
+        ),
+        (
+            text("picture.toml").replace("\"rgb\"", "\"gray\""),
+            "`colours` of input 1 is `gray`, which is not a kind of colours",
+        ),
     ];
     for (text, expected) in cases {
         let words = faults(&text);
@@ -335,12 +422,19 @@ fn what_the_network_has_is_checked_against_the_file() {
 #[test]
 fn no_text_makes_the_reader_panic() {
     let mut random = fastrand::Rng::with_seed(3);
-    let texts = ["same.toml", "members.toml", "sum.toml", "wide.toml"].map(text);
+    let texts = [
+        "same.toml",
+        "members.toml",
+        "sum.toml",
+        "wide.toml",
+        "picture.toml",
+    ]
+    .map(text);
     let words: Vec<&str> = texts.iter().flat_map(|text| text.split_whitespace()).collect();
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("policy.toml");
     for round in 0..600 {
-        let mut lines: Vec<String> = texts[round % 4].lines().map(str::to_owned).collect();
+        let mut lines: Vec<String> = texts[round % 5].lines().map(str::to_owned).collect();
         for _ in 0..random.usize(1..4) {
             let at = random.usize(..lines.len());
             match random.u8(..4) {

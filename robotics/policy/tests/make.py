@@ -51,6 +51,13 @@ def main():
         action,
         {"w": np.eye(12, 2, dtype=np.float32)},
     )
+    # The mean of each channel of a picture.
+    nodes = [
+        helper.make_node("GlobalAveragePool", ["obs"], ["mean"]),
+        helper.make_node("Flatten", ["mean"], ["flat"]),
+        helper.make_node("MatMul", ["flat", "w"], ["action"]),
+    ]
+    save("picture", nodes, {"obs": ["batch", 3, 2, 4]}, action, {"w": np.eye(3, 2, dtype=np.float32)})
     # Rays of a laser, as guard.toml states them: networks that must touch nothing behind a guard.
     rays, twist = {"obs": [1, 36]}, {"action": [1, 2]}
     for seed in (1, 2):
