@@ -26,12 +26,13 @@ impl Keep {
         records: LogLimits {
             records: 0,
             candidates: 0,
+            switches: 0,
         },
         ended: false,
     };
 
-    /// What a window shows of a live run: 20,000 of everything, which is half an hour at ten a second. A schema takes 6 MB at
-    /// most, and the marks and the records of a run 40 MB.
+    /// What a window shows of a live run: 20,000 of everything, which is half an hour at ten a second, and of switches some
+    /// hours. A schema takes 6 MB at most, and the marks and the records of a run 60 MB.
     pub const LIVE: Self = Self {
         intervals: 20_000,
         marks: 20_000,
@@ -39,6 +40,7 @@ impl Keep {
         records: LogLimits {
             records: 20_000,
             candidates: 400_000,
+            switches: 20_000,
         },
         ended: false,
     };
@@ -51,6 +53,7 @@ impl Keep {
         records: LogLimits {
             records: usize::MAX,
             candidates: usize::MAX,
+            switches: 0,
         },
         ended: false,
     };

@@ -26,6 +26,7 @@
 
 mod decimated;
 mod drive;
+mod ending;
 mod hierarchy;
 mod keep;
 mod mark;
@@ -41,6 +42,7 @@ mod trace;
 mod track;
 
 pub use drive::{DriveTimeline, Takeover, Target};
+pub use ending::{Ending, case_word};
 pub use hierarchy::{Group, Hierarchy, SchemaEntry};
 pub use keep::Keep;
 pub use mark::{Mark, MarkKind, Severity, health_reason, health_severity, health_text, health_word};
@@ -50,6 +52,6 @@ pub use robot::{PathPoint, RobotTimeline, is_placed};
 pub use robot_sources::{Export, RobotSources};
 pub use rows::{Children, HierarchyRow, Item, OTHERS};
 pub use schema::{Counts, GroupCounts, GroupTimeline, SchemaTimeline, Switch};
-pub use timeline::{Span, Timeline};
+pub use timeline::Timeline;
 pub use trace::{Trace, range};
-pub use track::{Interval, Track};
+pub use track::{Interval, Span, Track};

@@ -11,11 +11,14 @@ type Numbered = VecDeque<(u64, RunRecord)>;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordLog {
     kinds: [Numbered; RecordKind::ALL.len()],
+    /// Selections that changed the choice, older than the other kept selections.
+    older: Numbered,
     limits: LogLimits,
     /// The numbers of the kept selections that changed the choice.
     switches: VecDeque<u64>,
-    /// The candidates in all kept selections.
+    /// The candidates in the newest selections, and in the older ones.
     candidates: usize,
+    older_candidates: usize,
     received: u64,
 }
 
@@ -26,6 +29,9 @@ pub struct LogLimits {
     pub records: usize,
     /// The most candidates in all selections: those of a group of hundreds would otherwise fill the memory.
     pub candidates: usize,
+    /// The most selections that changed the choice which are kept when the selections around them are not, with as many
+    /// candidates. Most selections change nothing.
+    pub switches: usize,
 }
 
 impl RecordLog {
@@ -44,34 +50,52 @@ impl RecordLog {
         let kind = record.kind();
         self.candidates += candidates(&record);
         if let Some(decision) = decision(&record).filter(|decision| decision.changed) {
-            self.switches.push_back(decision.number);
+            let place = self.switches.partition_point(|number| *number < decision.number);
+            self.switches.insert(place, decision.number);
         }
         let kept = &mut self.kinds[kind as usize];
         kept.push_back((self.received, record));
+        sort_last(kept);
         let mut dropped = 0;
         let is_full = |kept: &Numbered, candidates| {
             kept.len() > self.limits.records
                 || kind == RecordKind::Decision && candidates > self.limits.candidates
         };
         while is_full(kept, self.candidates)
-            && let Some((_, oldest)) = kept.pop_front()
+            && let Some((number, oldest)) = kept.pop_front()
         {
             self.candidates -= candidates(&oldest);
-            if decision(&oldest).map(|decision| &decision.number) == self.switches.front() {
-                self.switches.pop_front();
+            match decision(&oldest).is_some_and(|decision| decision.changed) {
+                true => {
+                    self.older_candidates += candidates(&oldest);
+                    self.older.push_back((number, oldest));
+                }
+                false => dropped += 1,
             }
-            dropped += 1;
+        }
+        while self.older.len() > self.limits.switches || self.older_candidates > self.limits.candidates {
+            dropped += u64::from(self.pop_older().is_some());
         }
         dropped
     }
 
-    /// Returns the records of a kind, oldest first.
+    fn pop_older(&mut self) -> Option<RunRecord> {
+        let (_, oldest) = self.older.pop_front()?;
+        self.older_candidates -= candidates(&oldest);
+        self.switches.pop_front();
+        Some(oldest)
+    }
+
+    /// Returns the newest records of a kind, oldest first.
     pub fn of(&self, kind: RecordKind) -> impl DoubleEndedIterator<Item = &RunRecord> + ExactSizeIterator {
         self.kinds[kind as usize].iter().map(|(_, record)| record)
     }
 
     /// Removes the oldest record and returns it.
     pub fn pop(&mut self) -> Option<RunRecord> {
+        if let Some(oldest) = self.pop_older() {
+            return Some(oldest);
+        }
         let arrival = |kept: &&mut Numbered| kept.front().map_or(u64::MAX, |(number, _)| *number);
         let (_, record) = self.kinds.iter_mut().min_by_key(arrival)?.pop_front()?;
         self.candidates -= candidates(&record);
@@ -84,7 +108,10 @@ impl RecordLog {
     /// Returns the selections, oldest first.
     #[must_use]
     pub fn decisions(&self) -> Decisions<'_> {
-        Decisions(&self.kinds[RecordKind::Decision as usize])
+        Decisions {
+            older: &self.older,
+            newest: &self.kinds[RecordKind::Decision as usize],
+        }
     }
 
     /// Returns the numbers of the kept selections that changed the choice, oldest first.
@@ -102,7 +129,7 @@ impl RecordLog {
     /// Returns the kept records that arrived after the first so many, in the order of their times.
     #[must_use]
     pub fn since(&self, received: u64) -> Vec<RunRecord> {
-        let newer = self.kinds.iter().flat_map(|kept| {
+        let newer = self.kinds.iter().chain([&self.older]).flat_map(|kept| {
             let first = kept.partition_point(|(number, _)| *number <= received);
             kept.range(first..)
         });
@@ -113,46 +140,58 @@ impl RecordLog {
 
     /// Removes the records that are later than a time.
     pub(crate) fn rewind(&mut self, now: jde_core::Nanos) {
-        for kept in &mut self.kinds {
+        for kept in self.kinds.iter_mut().chain([&mut self.older]) {
             kept.retain(|(_, record)| record.time() <= now);
         }
-        let kept = self.kinds[RecordKind::Decision as usize].iter();
+        let newest = &self.kinds[RecordKind::Decision as usize];
+        let sum = |kept: &Numbered| kept.iter().map(|(_, record)| candidates(record)).sum();
+        (self.older_candidates, self.candidates) = (sum(&self.older), sum(newest));
+        let kept = self.older.iter().chain(newest);
         let kept = kept.filter_map(|(_, record)| decision(record));
-        self.candidates = kept.clone().map(|decision| decision.candidates.len()).sum();
         let switches = kept.filter(|decision| decision.changed);
         self.switches = switches.map(|decision| decision.number).collect();
     }
 }
 
-/// Selections, oldest first.
+/// Selections, oldest first. Of the older ones, only those that changed the choice are there.
 #[derive(Clone, Copy, Debug)]
-pub struct Decisions<'l>(&'l Numbered);
+pub struct Decisions<'l> {
+    older: &'l Numbered,
+    newest: &'l Numbered,
+}
 
 impl<'l> Decisions<'l> {
     /// Returns how many there are.
     #[must_use]
     pub fn len(self) -> usize {
-        self.0.len()
+        self.older.len() + self.newest.len()
     }
 
     /// Returns whether there is none.
     #[must_use]
     pub fn is_empty(self) -> bool {
-        self.0.is_empty()
+        self.len() == 0
     }
 
     /// Returns the selection at a place.
     #[must_use]
     pub fn get(self, place: usize) -> Option<&'l Decision> {
-        decision(&self.0.get(place)?.1)
+        let kept = match place.checked_sub(self.older.len()) {
+            Some(place) => self.newest.get(place),
+            None => self.older.get(place),
+        };
+        decision(&kept?.1)
     }
 
     /// Returns the number of the first selections for which a condition holds. It holds for none after one for which it does
     /// not hold.
     #[must_use]
     pub fn partition_point(self, holds: impl Fn(&Decision) -> bool) -> usize {
-        self.0
-            .partition_point(|(_, record)| decision(record).is_some_and(&holds))
+        let holds = |kept: &(u64, RunRecord)| decision(&kept.1).is_some_and(&holds);
+        match self.older.partition_point(holds) {
+            all if all == self.older.len() => all + self.newest.partition_point(holds),
+            place => place,
+        }
     }
 
     /// Returns the selection that has a number in the run.
@@ -160,6 +199,19 @@ impl<'l> Decisions<'l> {
     pub fn find(self, number: u64) -> Option<&'l Decision> {
         let found = self.get(self.partition_point(|decision| decision.number < number))?;
         (found.number == number).then_some(found)
+    }
+}
+
+/// Puts the newest selection in its place. It arrives when its takeover is known, which may be after a later selection.
+fn sort_last(kept: &mut Numbered) {
+    let number = |kept: &Numbered, place: usize| decision(&kept[place].1).map(|decision| decision.number);
+    let mut place = kept.len() - 1;
+    while place > 0 && number(kept, place - 1) > number(kept, place) {
+        kept.swap(place - 1, place);
+        // The order of arrival stays.
+        let arrival = kept[place].0;
+        kept[place].0 = std::mem::replace(&mut kept[place - 1].0, arrival);
+        place -= 1;
     }
 }
 

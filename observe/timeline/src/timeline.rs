@@ -3,14 +3,16 @@
 use std::collections::VecDeque;
 
 use jde_core::{GroupId, Id, Nanos, Record, State};
-use jde_records::event::{Event, Occurrence, What};
+use jde_records::event::{Event, Naming, Occurrence, What};
 use jde_records::snapshot::Snapshot;
 use jde_records::{DecidedBy, Decision, RunRecord};
 
+use crate::ending::Ending;
 use crate::hierarchy::Hierarchy;
 use crate::keep::Keep;
 use crate::record_log::RecordLog;
 use crate::schema::{GroupTimeline, SchemaTimeline, Switch};
+use crate::track::Span;
 
 /// What happened in a run so far.
 ///
@@ -28,6 +30,8 @@ pub struct Timeline {
     /// The time from which on the first known state of a schema holds.
     begin: Nanos,
     now: Nanos,
+    /// How and when the run ended.
+    pub(crate) ending: Option<(Nanos, Ending)>,
     /// The time of the last snapshot.
     seen: Nanos,
     /// How many schemas and groups the last snapshot had.
@@ -35,19 +39,6 @@ pub struct Timeline {
     missed: u64,
     rewinds: u64,
     ended: Vec<Span>,
-}
-
-/// An interval of a schema that has ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
-    /// The schema.
-    pub schema: usize,
-    /// Its state.
-    pub state: State,
-    /// From when, ns.
-    pub from: Nanos,
-    /// Until when, ns.
-    pub to: Nanos,
 }
 
 impl Default for Timeline {
@@ -70,6 +61,7 @@ impl Timeline {
             keep,
             begin: 0,
             now: 0,
+            ending: None,
             seen: 0,
             seen_places: None,
             missed: 0,
@@ -193,11 +185,12 @@ impl Timeline {
 
     /// Adds an event of a run whose application the hierarchy is. It keeps no record of it.
     pub fn add_event(&mut self, event: &Event) {
-        self.now = self.now.max(event.time());
+        self.advance(event.time());
         match event {
             Event::Decision(record) => self.select(record.group, record),
             Event::State(change) => self.change(change.time, change.schema.index(), change.from, change.to),
             Event::Other(Occurrence { time, what }) => {
+                self.end(*time, what);
                 if let What::TookOver {
                     group,
                     record,
@@ -226,7 +219,7 @@ impl Timeline {
 
     /// Adds a record.
     pub fn add(&mut self, record: &RunRecord) {
-        self.now = self.now.max(record.time());
+        self.advance(record.time());
         match record {
             RunRecord::Decision(decision) => self.add_decision(record.time(), decision),
             RunRecord::State(change) => {
@@ -235,6 +228,7 @@ impl Timeline {
                 }
             }
             RunRecord::Other(event) => {
+                self.end(event.time, &event.what);
                 let is_counted = event.time >= self.begin;
                 if let What::TookOver { group, .. } = &event.what
                     && let Some(group) = self.hierarchy.find_group(group).filter(|_| is_counted)
@@ -265,16 +259,17 @@ impl Timeline {
     /// Adds a snapshot. It supplies what was lost, and all counts. One of an earlier time than the snapshot before removes
     /// all that is later; one of another hierarchy begins a new timeline.
     pub fn add_snapshot(&mut self, snapshot: &Snapshot) {
-        let time = snapshot.time;
         if !self.is_of(snapshot) {
             let rewinds = self.rewinds + 1;
             *self = Self::new(Hierarchy::of_snapshot(snapshot), self.keep);
             self.rewinds = rewinds;
-        } else if time < self.seen {
-            self.rewind(time);
+        } else if snapshot.time < self.seen {
+            self.rewind(snapshot.time);
         }
-        self.now = self.now.max(time);
-        self.seen = time;
+        self.seen = snapshot.time;
+        self.advance(snapshot.time);
+        // An application that has ended may stay to be looked at. Its time stands still.
+        let time = snapshot.time.min(self.end_time());
         self.seen_places = Some((snapshot.schemas.len(), snapshot.groups.len()));
         // A record arrives before the snapshot that shows its change, or was lost.
         let states = self.schemas.iter().map(|schema| schema.states.last());
@@ -320,6 +315,22 @@ impl Timeline {
         }
     }
 
+    fn end(&mut self, time: Nanos, what: &What<impl Naming>) {
+        if let What::Ended { outcome } = what {
+            self.ending = Some((time, Ending::Known(outcome.clone())));
+            self.now = time;
+        }
+    }
+
+    /// When the run ended; the latest possible time while it goes on.
+    fn end_time(&self) -> Nanos {
+        self.ending.as_ref().map_or(Nanos::MAX, |(time, _)| *time)
+    }
+
+    fn advance(&mut self, time: Nanos) {
+        self.now = self.now.max(time.min(self.end_time()));
+    }
+
     fn is_of(&self, snapshot: &Snapshot) -> bool {
         // Records may have named more, but an application does not lose schemas.
         let places = (snapshot.schemas.len(), snapshot.groups.len());
@@ -357,6 +368,7 @@ impl Timeline {
         marks.sort_by_key(|(time, _)| *time);
         self.marked = marks.into_iter().map(|(_, place)| place).collect();
         self.log.rewind(now);
+        self.ending.take_if(|(time, _)| *time > now);
         self.now = now;
         self.rewinds += 1;
     }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use jde_core::Nanos;
+use jde_core::{Nanos, State};
 
 /// A value from a time on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +12,19 @@ pub struct Interval<T> {
     pub from: Nanos,
     /// The value since then.
     pub value: T,
+}
+
+/// An interval of a schema that has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// The schema.
+    pub schema: usize,
+    /// Its state.
+    pub state: State,
+    /// From when, ns.
+    pub from: Nanos,
+    /// Until when, ns.
+    pub to: Nanos,
 }
 
 impl<T> Interval<T> {

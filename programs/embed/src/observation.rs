@@ -16,6 +16,7 @@ use jde_timeline::{LogLimits, RecordLog};
 const LIMITS: LogLimits = LogLimits {
     records: 100_000,
     candidates: usize::MAX,
+    switches: 0,
 };
 
 /// What is kept of a run.

@@ -76,8 +76,16 @@ impl EventMerger {
         // Each kind is in order already.
         records.sort_by_key(|(_, record)| record.time());
         let mut state = self.state.lock();
-        records.extend(state.pending.take().unwrap_or_default());
+        let arrived = state.pending.take().unwrap_or_default();
         for (number, record) in records {
+            // What lies between past events is kept no more, and was not lost on its way.
+            let last = &mut state.last[record.kind() as usize];
+            if last.is_some_and(|last| last < number) {
+                *last = Some(number - 1);
+            }
+            state.deliver(number, record);
+        }
+        for (number, record) in arrived {
             state.deliver(number, record);
         }
     }
@@ -125,10 +133,10 @@ mod tests {
         };
         push(3);
         push(4);
-        merger.begin(vec![(2, record(2)), (3, record(3))]);
+        merger.begin(vec![(1, record(1)), (3, record(3))]);
         push(4);
         push(7);
-        assert_eq!(*delivered.lock(), [(2, 0), (3, 0), (4, 0), (7, 2)]);
+        assert_eq!(*delivered.lock(), [(1, 0), (3, 0), (4, 0), (7, 2)]);
         assert!(merger.push(RecordKind::Decision, b"{", Some(&[0; 8])).is_err());
         assert!(
             merger

@@ -17,6 +17,9 @@ const MAX_RECORDS: usize = 1000;
 /// Their limit in bytes of JSON, approximately. A selection among hundreds lists each candidate, and a query
 /// receives the last records as one message, which must be transferred before its receiver counts as blocked.
 const MAX_RECORD_BYTES: usize = 4 << 20;
+/// The limit of the selections that changed the choice and are older than those, in the same bytes: some thousands, which
+/// is hours, since most selections change nothing.
+const MAX_SWITCH_BYTES: usize = 2 << 20;
 
 /// Collects events and keeps them until the link has published them.
 #[derive(Clone)]
@@ -47,6 +50,9 @@ struct KindHistory {
     records: VecDeque<NumberedRecord>,
     /// Their total weight.
     bytes: usize,
+    /// Older selections that changed the choice, and their weight.
+    switches: VecDeque<NumberedRecord>,
+    switch_bytes: usize,
     /// The number of the last record.
     last: u64,
 }
@@ -137,11 +143,15 @@ impl EventHistory {
         }
     }
 
-    /// The last records of a kind, oldest first, as JSON: a list of `{"number": 17, "line": {...}}`.
+    /// The last records of a kind, oldest first, as JSON: a list of `{"number": 17, "line": {...}}`. Where more of them are
+    /// requested than all of the newest, selections that changed the choice come before those.
     pub(super) fn last(&self, kind: RecordKind, count: usize) -> Vec<u8> {
-        let records = &self.kinds[kind as usize].records;
+        let KindHistory {
+            records, switches, ..
+        } = &self.kinds[kind as usize];
+        let left_out = (records.len() + switches.len()).saturating_sub(count);
         let mut json = vec![b'['];
-        for NumberedRecord { number, record } in records.range(records.len().saturating_sub(count)..) {
+        for NumberedRecord { number, record } in switches.iter().chain(records).skip(left_out) {
             if json.len() > 1 {
                 json.push(b',');
             }
@@ -163,9 +173,20 @@ impl KindHistory {
             record,
         });
         // The newest record stays, whatever its weight.
-        while self.records.len() > MAX_RECORDS || (self.bytes > MAX_RECORD_BYTES && self.records.len() > 1) {
-            let oldest = self.records.pop_front();
-            self.bytes -= oldest.map_or(0, |oldest| weight(&oldest.record));
+        while (self.records.len() > MAX_RECORDS || (self.bytes > MAX_RECORD_BYTES && self.records.len() > 1))
+            && let Some(oldest) = self.records.pop_front()
+        {
+            let weight = weight(&oldest.record);
+            self.bytes -= weight;
+            if matches!(&oldest.record, RunRecord::Decision(decision) if decision.changed) {
+                self.switch_bytes += weight;
+                self.switches.push_back(oldest);
+            }
+        }
+        while self.switch_bytes > MAX_SWITCH_BYTES
+            && let Some(oldest) = self.switches.pop_front()
+        {
+            self.switch_bytes -= weight(&oldest.record);
         }
         &self.records[self.records.len() - 1]
     }
@@ -243,6 +264,33 @@ mod tests {
         assert_eq!(long.records.back().map(|record| record.number), Some(200));
         let huge = long.add(decision(100_000)).number;
         assert_eq!((long.records.len(), huge), (1, 201));
+    }
+
+    #[test]
+    fn switches_are_kept_when_the_selections_around_them_are_not() {
+        let mut history = Events::of_records().history();
+        let kept = &mut history.kinds[RecordKind::Decision as usize];
+        for number in 0..100_000 {
+            let RunRecord::Decision(selection) = decision(3) else {
+                unreachable!("it is a selection");
+            };
+            let changed = number % 100 == 0;
+            kept.add(RunRecord::Decision(Decision { changed, ..selection }));
+        }
+        assert_eq!((kept.records.len(), kept.switches.len()), (MAX_RECORDS, 990));
+        for _ in 0..20_000 {
+            kept.add(decision(3));
+        }
+        assert!(kept.switch_bytes <= MAX_SWITCH_BYTES && kept.switches.len() > 3000);
+        let numbers = |count: usize| -> Vec<u64> {
+            let json: serde_json::Value =
+                serde_json::from_slice(&history.last(RecordKind::Decision, count)).unwrap();
+            let records = json.as_array().unwrap().iter();
+            records.map(|record| record["number"].as_u64().unwrap()).collect()
+        };
+        assert_eq!(numbers(2), [119_999, 120_000]);
+        assert_eq!(numbers(MAX_RECORDS + 1).len(), MAX_RECORDS + 1);
+        assert!(numbers(usize::MAX).is_sorted());
     }
 
     #[test]

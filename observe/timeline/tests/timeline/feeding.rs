@@ -1,8 +1,9 @@
 //! What a timeline says does not depend on how it is fed.
 
 use jde_core::Health;
-use jde_records::event::{Occurrence, What};
-use jde_timeline::{Keep, LogLimits};
+use jde_records::event::{Occurrence, Outcome, What};
+use jde_records::snapshot::Snapshot;
+use jde_timeline::{Ending, Keep, LogLimits};
 use proptest::prelude::*;
 
 use super::*;
@@ -208,7 +209,7 @@ fn a_state_is_known_from_before_the_first_change_and_from_selections() {
 #[test]
 fn time_that_goes_back_removes_what_is_later() {
     let mut timeline = Timeline::new(navigation(), Keep::LIVE);
-    let snapshot = |timeline: &Timeline, time| jde_records::snapshot::Snapshot {
+    let snapshot = |timeline: &Timeline, time| Snapshot {
         time,
         ..timeline.snapshot()
     };
@@ -271,6 +272,7 @@ fn the_log_is_bounded_by_records_and_by_candidates() {
             records: LogLimits {
                 records: 3,
                 candidates: 5,
+                switches: 0,
             },
             ..Keep::LIVE
         },
@@ -290,6 +292,111 @@ fn the_log_is_bounded_by_records_and_by_candidates() {
         (2, Some(5))
     );
     assert!(decisions.find(6).is_some() && decisions.find(4).is_none());
+}
+
+#[test]
+fn switches_are_kept_longer_than_the_selections_around_them() {
+    let records = LogLimits {
+        records: 3,
+        candidates: 100,
+        switches: 2,
+    };
+    let mut timeline = Timeline::new(
+        Hierarchy::default(),
+        Keep {
+            records,
+            ..Keep::LIVE
+        },
+    );
+    for number in 1..=12 {
+        let choice = if number < 4 { "a" } else { "b" };
+        let selection = Decision {
+            changed: [1, 2, 4].contains(&number),
+            ..decision(number, number as f64, "roots", &["a", "b"], Some(choice))
+        };
+        timeline.add(&RunRecord::Decision(selection));
+    }
+    let decisions = timeline.log().decisions();
+    let kept: Vec<_> = (0..decisions.len())
+        .filter_map(|place| decisions.get(place))
+        .collect();
+    let numbers: Vec<_> = kept.iter().map(|decision| decision.number).collect();
+    assert_eq!(numbers, [2, 4, 10, 11, 12]);
+    assert_eq!(timeline.log().switches(), &[2, 4]);
+    assert!(decisions.find(4).is_some() && decisions.find(11).is_some() && decisions.find(5).is_none());
+    let until = |time_s: f64| decisions.partition_point(|decision| decision.time_s <= time_s);
+    assert_eq!([1.0, 3.0, 9.0, 10.0, 20.0].map(until), [0, 1, 2, 3, 5]);
+    timeline.add_snapshot(&Snapshot {
+        time: 20_000 * MS,
+        ..timeline.snapshot()
+    });
+    timeline.add_snapshot(&Snapshot {
+        time: 3_000 * MS,
+        ..timeline.snapshot()
+    });
+    assert_eq!(timeline.log().switches(), &[2]);
+    assert_eq!(timeline.log().decisions().len(), 1);
+}
+
+#[test]
+fn a_selection_whose_takeover_is_known_later_is_found_all_the_same() {
+    let mut timeline = Timeline::new(Hierarchy::default(), Keep::ALL);
+    for number in [1, 3, 4, 2, 5] {
+        let selection = decision(number, number as f64, "roots", &["a", "b"], Some("a"));
+        timeline.add(&RunRecord::Decision(selection));
+    }
+    let decisions = timeline.log().decisions();
+    let found = (1..=5).filter_map(|number| decisions.find(number));
+    assert_eq!(
+        found.map(|found| found.number).collect::<Vec<_>>(),
+        [1, 2, 3, 4, 5]
+    );
+    assert_eq!(timeline.log().switches(), &[1, 2, 3, 4, 5]);
+    assert_eq!(timeline.log().since(3).len(), 2);
+}
+
+#[test]
+fn the_end_of_a_run_is_known_and_its_time_stands_still() {
+    let mut timeline = begun();
+    assert_eq!(timeline.ending(), None);
+    let outcome = Outcome::Done;
+    timeline.add(&RunRecord::Other(What::Ended { outcome }.at(7_000 * MS)));
+    let later = Snapshot {
+        time: 99_000 * MS,
+        ..timeline.snapshot()
+    };
+    timeline.add_snapshot(&later);
+    timeline.add_snapshot(&Snapshot {
+        time: 99_050 * MS,
+        ..later.clone()
+    });
+    assert_eq!(timeline.ending().map(Ending::word), Some("done"));
+    assert_eq!((timeline.now(), timeline.rewinds()), (7_000 * MS, 0));
+    // A recording that is played goes back.
+    timeline.add_snapshot(&Snapshot {
+        time: 6_000 * MS,
+        ..later
+    });
+    assert_eq!((timeline.ending(), timeline.now()), (None, 6_000 * MS));
+}
+
+#[test]
+fn the_selection_that_leaves_nobody_at_the_end_of_a_mission_is_its_arrival() {
+    let mut timeline = Timeline::new(navigation(), Keep::ALL);
+    let nobody = |number, time_s| Decision {
+        case: Case::Absence,
+        ..decision(number, time_s, "example/base", &["goon"], None)
+    };
+    let (stand, arrival) = (nobody(1, 1.0), nobody(3, 7.0));
+    let again = decision(2, 2.0, "example/base", &["goon"], Some("goon"));
+    for selection in [&stand, &again, &arrival] {
+        timeline.add(&RunRecord::Decision(selection.clone()));
+    }
+    assert_eq!(timeline.case_word(&arrival), "absence");
+    let outcome = Outcome::Done;
+    timeline.add(&RunRecord::Other(What::Ended { outcome }.at(7_100 * MS)));
+    let words = [&stand, &again, &arrival].map(|selection| timeline.case_word(selection));
+    assert_eq!(words, ["absence", "alone", "done"]);
 }
 
 #[test]
@@ -338,7 +445,7 @@ fn a_snapshot_does_not_hide_a_fault_that_is_newer() {
         time: 5 * MS,
         what: fault,
     }));
-    timeline.add_snapshot(&jde_records::snapshot::Snapshot {
+    timeline.add_snapshot(&Snapshot {
         time: 4 * MS,
         ..before
     });

@@ -12,6 +12,7 @@ pub(super) const KEEP: Keep = Keep {
     records: LogLimits {
         records: 0,
         candidates: 0,
+        switches: 0,
     },
     ended: false,
 };
