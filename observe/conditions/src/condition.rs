@@ -8,18 +8,12 @@ use super::expression::Expression;
 
 /// The keywords, to suggest one for a misspelt word.
 const KEYWORDS: [&str; 7] = [
-    "collision",
-    "absence",
-    "chatter",
-    "overrun",
-    "fault",
-    "refused",
-    "operator",
+    "conflict", "absence", "chatter", "overrun", "fault", "refused", "operator",
 ];
 
 /// A condition that can become true in the application against which it was checked.
 ///
-/// It is `collision`, `absence` or `chatter>N`, each optionally with `:GROUP`; `overrun` or `fault`,
+/// It is `conflict`, `absence` or `chatter>N`, each optionally with `:GROUP`; `overrun` or `fault`,
 /// optionally with `:SCHEMA`; `refused`; `operator`; or an expression in CEL, the Common Expression Language,
 /// such as `pioneer.laser.ranges.exists(r, r < 0.3)`.
 #[derive(Clone, Debug)]
@@ -32,7 +26,7 @@ pub struct Condition {
 #[derive(Clone, Debug)]
 pub(crate) enum ConditionKind {
     /// Two or more candidates are READY.
-    Collision(Option<String>),
+    Conflict(Option<String>),
     /// A schema of the group is awake, and none is WINNER.
     Absence(Option<String>),
     /// More switches than this number occur within a second.
@@ -177,7 +171,7 @@ fn read(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
             column(number) - 1,
             Reason::Syntax(format!("`{word}` takes no number")),
         )),
-        ("collision", None) => Ok(ConditionKind::Collision(group()?)),
+        ("conflict", None) => Ok(ConditionKind::Conflict(group()?)),
         ("absence", None) => Ok(ConditionKind::Absence(group()?)),
         ("overrun", None) => Ok(ConditionKind::Overrun(schema()?)),
         ("fault", None) => Ok(ConditionKind::Fault(schema()?)),

@@ -12,7 +12,7 @@ pub(crate) enum Fact<'a> {
     Selected {
         group: &'a str,
         /// Two or more candidates are READY.
-        collision: bool,
+        conflict: bool,
         /// A schema is awake, and none is WINNER.
         absence: bool,
         /// The choice differs from the one before.
@@ -36,7 +36,7 @@ pub(crate) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<Fact<'a
     match event {
         Event::Decision(record) => Some(Fact::Selected {
             group: names.groups.get(record.group.index())?,
-            collision: record.case == Case::Collision,
+            conflict: record.case == Case::Collision,
             absence: record.choice.is_none() && !record.candidates.is_empty(),
             switched: record.changed,
         }),
@@ -52,7 +52,7 @@ pub(crate) fn of_record(record: &RunRecord) -> Option<Fact<'_>> {
     match record {
         RunRecord::Decision(decision) => Some(Fact::Selected {
             group: &decision.group,
-            collision: decision.case == Case::Collision,
+            conflict: decision.case == Case::Collision,
             absence: decision.choice.is_none() && !decision.candidates.is_empty(),
             switched: decision.changed,
         }),

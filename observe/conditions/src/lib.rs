@@ -2,7 +2,7 @@
 //!
 //! An [`Expression`] is checked against the [`Names`] of an application before it starts, and evaluated many
 //! times: 20 ns for `clearance < 0.2`. Its inputs are variables and [`Signals`]; what they mean is in
-//! `docs/recordings.md`. A [`Condition`] is an expression or a keyword such as `collision`; [`Triggers`]
+//! `docs/recordings.md`. A [`Condition`] is an expression or a keyword such as `conflict`; [`Triggers`]
 //! process events and values and report a [`Firing`] whenever a condition changes from false to true.
 //!
 //! All depend only on what they receive, in its order, so a run in virtual time always gives the same result.

@@ -30,7 +30,7 @@ pub struct Firing {
     pub time: Nanos,
     /// The index of the condition among those that are watched.
     pub condition: usize,
-    /// What became true: `collision in example/base`, or the expression.
+    /// What became true: `conflict in example/base`, or the expression.
     pub text: String,
 }
 

@@ -58,7 +58,7 @@ impl TriggerState {
                 Self::Expression(Box::new(ExpressionState::new(expression, signals)))
             }
             ConditionKind::Chatter { .. } => Self::Switches(BTreeMap::new()),
-            ConditionKind::Collision(_)
+            ConditionKind::Conflict(_)
             | ConditionKind::Absence(_)
             | ConditionKind::Overrun(_)
             | ConditionKind::Fault(_)
@@ -81,11 +81,11 @@ impl Trigger {
         let fits = |only: &Option<String>, name: &str| only.as_deref().is_none_or(|only| only == name);
         match (&self.condition.kind, &mut self.state, fact) {
             (
-                ConditionKind::Collision(only),
+                ConditionKind::Conflict(only),
                 TriggerState::Active(active),
-                Fact::Selected { group, collision, .. },
+                Fact::Selected { group, conflict, .. },
             ) if fits(only, group) => {
-                update_active(active, group, *collision).then(|| format!("collision in {group}"))
+                update_active(active, group, *conflict).then(|| format!("conflict in {group}"))
             }
             (
                 ConditionKind::Absence(only),

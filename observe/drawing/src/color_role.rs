@@ -23,6 +23,8 @@ pub enum ColorRole {
     Grid,
     /// No winner, or a winner without a colour of its own.
     Nobody,
+    /// What went as it should.
+    Good,
     /// A fault.
     Bad,
     /// One of several distinguished things; the colours repeat from the eighth on.
@@ -54,6 +56,7 @@ impl ColorRole {
             Self::Furniture,
             Self::Grid,
             Self::Nobody,
+            Self::Good,
             Self::Bad,
         ]
         .into_iter()
@@ -70,6 +73,7 @@ impl ColorRole {
             Self::Furniture => (0xd4_d4d4, 0x3a_4048),
             Self::Grid => (0xec_ecec, 0x25_2a30),
             Self::Nobody => (0x80_8080, 0x80_868d),
+            Self::Good => (0x26_7a3a, 0x74_c98a),
             Self::Bad => (0xc0_1c28, 0xff_6b6b),
             Self::Of(place) => OKABE_ITO[place % DISTINCT],
         }
@@ -94,6 +98,7 @@ impl fmt::Display for ColorRole {
             Self::Furniture => f.write_str("--furniture"),
             Self::Grid => f.write_str("--grid"),
             Self::Nobody => f.write_str("--nobody"),
+            Self::Good => f.write_str("--good"),
             Self::Bad => f.write_str("--bad"),
             Self::Of(place) => write!(f, "--of{}", place % DISTINCT),
         }

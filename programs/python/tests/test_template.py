@@ -29,7 +29,7 @@ def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str]
     assert done.returncode == 0, done.stdout
     drive = robot.drive(60, "--log", f"{name}=info")
     assert drive.status == 0 and all(part in drive.text for part in shown), drive.text
-    assert "no collision" in drive.text and "no faults" in drive.text
+    assert "no contact" in drive.text and "no faults" in drive.text
 
 
 def test_an_application_with_a_schema_in_python_has_tests(tmp_path: Path) -> None:

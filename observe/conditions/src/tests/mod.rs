@@ -269,12 +269,12 @@ fn an_invalid_condition_is_reported_with_its_column() {
         ),
         ("1 > 0", "1: it names no variable, so it would never change"),
         (
-            "colision",
-            "1: no condition or variable is called `colision`; did you mean `collision`?",
+            "conflct",
+            "1: no condition or variable is called `conflct`; did you mean `conflict`?",
         ),
         (
-            "collision:exmple/base",
-            "11: no group is called `exmple/base`; did you mean `example/base`?",
+            "conflict:exmple/base",
+            "10: no group is called `exmple/base`; did you mean `example/base`?",
         ),
         (
             "overrun: gon",
@@ -349,7 +349,7 @@ fn firings(condition: &str, records: &[RunRecord]) -> Vec<String> {
 }
 
 #[test]
-fn r3_a_collision_and_an_absence_fire_when_they_begin() {
+fn r3_a_conflict_and_an_absence_fire_when_they_begin() {
     let records = [
         decision(1.0, "roots", "alone", Some("goon"), true),
         decision(2.0, "example/base", "collision", Some("stop"), true),
@@ -366,14 +366,14 @@ fn r3_a_collision_and_an_absence_fire_when_they_begin() {
         }),
     ];
     assert_eq!(
-        firings("collision", &records),
+        firings("conflict", &records),
         [
-            "2 collision in example/base",
-            "4 collision in example/base",
-            "5 collision in roots"
+            "2 conflict in example/base",
+            "4 conflict in example/base",
+            "5 conflict in roots"
         ]
     );
-    assert_eq!(firings("collision:roots", &records), ["5 collision in roots"]);
+    assert_eq!(firings("conflict:roots", &records), ["5 conflict in roots"]);
     assert_eq!(firings("absence", &records), ["3 nobody wins in example/base"]);
     assert_eq!(firings("absence:roots", &records), Vec::<String>::new());
 }

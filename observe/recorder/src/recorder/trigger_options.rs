@@ -43,7 +43,7 @@ pub enum FileEvent {
 pub struct TriggeredFile {
     /// The path of the file.
     pub path: PathBuf,
-    /// The condition that became true: `collision in example/base`.
+    /// The condition that became true: `conflict in example/base`.
     pub reason: String,
     /// The time at which it became true, in ns since the application's start.
     pub time: Nanos,

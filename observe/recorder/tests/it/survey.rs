@@ -134,7 +134,7 @@ fn a_survey_does_not_count_the_selection_in_force_at_the_beginning() {
         groups: vec!["base".to_owned()],
         ..Names::default()
     };
-    let condition = Condition::new("collision:base", &names).unwrap();
+    let condition = Condition::new("conflict:base", &names).unwrap();
     let trigger_options = TriggerOptions {
         triggers: Triggers::new(names, vec![condition]),
         before: 2 * SECOND,
@@ -156,7 +156,7 @@ fn a_survey_does_not_count_the_selection_in_force_at_the_beginning() {
     let cause = &survey.triggers[0];
     assert_eq!(
         (cause.condition.as_str(), cause.reason.as_str(), cause.time_s),
-        ("collision:base", "collision in base", 7.0)
+        ("conflict:base", "conflict in base", 7.0)
     );
 }
 

@@ -141,9 +141,9 @@ fn on_topic<'m>(messages: &'m [RecordedMessage], topic: &str) -> Vec<&'m Recorde
 }
 
 #[test]
-fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
+fn a_conflict_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     let folder = tempfile::tempdir().unwrap();
-    let bench = Bench::new(&folder.path().join("deep/drive.mcap"), &["collision"], 60, 10);
+    let bench = Bench::new(&folder.path().join("deep/drive.mcap"), &["conflict"], 60, 10);
     bench.period.put(&0.1_f64.to_ne_bytes(), stamps(0));
     bench.collision(1, "alone");
     bench.drive(0..100, 0.5);
@@ -159,8 +159,8 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     assert_eq!(status.written, messages.len() as u64);
     assert_eq!(written.bytes, written.path.metadata().unwrap().len());
     let trigger = recording.metadata("jde/trigger").unwrap();
-    assert_eq!(trigger["condition"], "collision");
-    assert_eq!(trigger["reason"], "collision in example/base");
+    assert_eq!(trigger["condition"], "conflict");
+    assert_eq!(trigger["reason"], "conflict in example/base");
     assert_eq!(
         (trigger["time_s"].as_str(), trigger["from_s"].as_str()),
         ("100.000000000", "40.000000000")
@@ -194,7 +194,7 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     };
     assert_eq!(
         (event.what.kind(), event.text().as_str()),
-        ("trigger", "collision in example/base")
+        ("trigger", "conflict in example/base")
     );
 }
 
@@ -203,7 +203,7 @@ fn a_firing_during_a_file_prolongs_it_and_later_firings_start_new_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
     std::fs::write(folder.path().join("drive-002.mcap"), "precious").unwrap();
-    let bench = Bench::new(&path, &["collision", "operator"], 20, 10);
+    let bench = Bench::new(&path, &["conflict", "operator"], 20, 10);
     for second in 0..100 {
         bench.drive(second..second + 1, 0.5);
         match second {
@@ -322,7 +322,7 @@ fn the_same_run_in_virtual_time_gives_the_same_messages() {
 fn memory_is_limited_and_evicted_messages_are_counted() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    let bench = Bench::with(&path, &["collision"], 60, 1, 10_000, options("bench", true));
+    let bench = Bench::with(&path, &["conflict"], 60, 1, 10_000, options("bench", true));
     bench.drive(0..100, 0.5);
     bench.collision(100, "collision");
     bench.drive(100..120, 0.5);
@@ -346,7 +346,7 @@ fn memory_is_limited_and_evicted_messages_are_counted() {
 fn in_real_time_every_message_is_written_or_counted_as_lost() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    let bench = Bench::with(&path, &["collision"], 60, 60, 1 << 20, options("bench", false));
+    let bench = Bench::with(&path, &["conflict"], 60, 60, 1 << 20, options("bench", false));
     bench.collision(0, "collision");
     bench.drive(0..2000, 0.5);
     let status = bench.finish();
@@ -390,7 +390,7 @@ const FILE: &str = "JDE_LOG_TEST_TRIGGERED";
 /// Fires at 10 s and continues until it is killed. Prints the number of messages that have reached the file
 /// whenever it changes.
 fn record_until_killed(path: &Path) {
-    let bench = Bench::new(path, &["collision"], 5, 1_000_000);
+    let bench = Bench::new(path, &["conflict"], 5, 1_000_000);
     bench.drive(0..10, 0.5);
     bench.collision(10, "collision");
     let mut printed = 0;
@@ -434,7 +434,7 @@ fn a_file_of_a_killed_process_contains_the_messages_before_and_after_the_firing(
     assert!(recording.damage().is_some(), "the index is missing");
     assert_eq!(
         recording.metadata("jde/trigger").unwrap()["reason"],
-        "collision in example/base"
+        "conflict in example/base"
     );
     let messages: Vec<RecordedMessage> = recording.messages().unwrap().map(Result::unwrap).collect();
     assert!(messages.len() >= kept, "{} of {kept}", messages.len());

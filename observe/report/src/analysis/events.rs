@@ -50,13 +50,4 @@ impl Events {
         self.operations += u64::from(acts);
         self.list.add(event);
     }
-
-    /// How the application ended, and when, if that is stored.
-    pub(crate) fn end(&self) -> Option<&Occurrence<String>> {
-        let mut ends = self
-            .list
-            .kept()
-            .filter(|event| matches!(event.what, What::Ended { .. }));
-        ends.next_back()
-    }
 }

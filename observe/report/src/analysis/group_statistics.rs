@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use jde_core::Nanos;
 use jde_records::Decision;
+use jde_timeline::case_word;
 
 use super::bounded::count;
 use super::chatter::ChatterStatistics;
@@ -59,7 +60,7 @@ impl GroupStatistics {
     /// Records a selection of this group.
     pub(crate) fn add_decision(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
         self.decisions += 1;
-        *self.cases.entry(decision.case.name()).or_default() += 1;
+        *self.cases.entry(case_word(decision.case)).or_default() += 1;
         if !decision.changed {
             return;
         }

@@ -1,6 +1,6 @@
 //! The head of a page: the application, problems of the recording, and the most important numbers.
 
-use jde_timeline::Counts;
+use jde_timeline::{Counts, Ending, Severity};
 use jde_types::Mission;
 use maud::{Markup, html};
 
@@ -65,9 +65,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 div { dt { "Time" } dd { (chart::seconds(seconds)) small { "from " (at(analysis.columns.from as f64 / 1e9)) } } }
             }
             @if let Some(mission) = analysis.mission() { (mission_text(mission)) }
-            @if let Some(outcome) = analysis.events.end() {
-                div { dt { "Outcome" } dd { (outcome.text()) small { "at " (at(outcome.time_s())) } } }
-            }
+            @if let Some(ending) = analysis.timeline.ending() { (ending_text(page, ending)) }
             @for path in ending.drive.paths.iter().filter(|path| path.points.len() > 1) {
                 div { dt { "Distance" } dd {
                     (format!("{:.1} m", path.distance))
@@ -75,7 +73,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 } }
             }
             @if let Some(collisions) = ending.collisions {
-                div { dt { "Collisions" } dd {
+                div { dt { "Contacts" } dd {
                     (trouble(collisions))
                     @if let Some(clearance) = ending.min_clearance { small { "least clearance " (format!("{clearance:.2} m")) } }
                 } }
@@ -96,6 +94,21 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
     }
 }
 
+/// How the application ended, in a word, and why.
+fn ending_text(page: &Page<'_>, ending: &Ending) -> Markup {
+    let class = match ending.severity() {
+        Severity::Good => "good",
+        Severity::Warning => "",
+        Severity::Bad => "bad",
+    };
+    html! {
+        div { dt { "Outcome" } dd {
+            span class=(class) { (ending.word()) }
+            small { (ending.reason()) " at " (at(page.analysis.timeline.now() as f64 / 1e9)) }
+        } }
+    }
+}
+
 fn mission_text(mission: &Mission) -> Markup {
     let state = match mission.state {
         Mission::DONE => "done",
@@ -106,7 +119,11 @@ fn mission_text(mission: &Mission) -> Markup {
         div {
             dt { "Mission" }
             dd {
-                @if mission.state == Mission::FAILED { span.bad { (state) } } @else { (state) }
+                @match mission.state {
+                    Mission::DONE => span.good { (state) },
+                    Mission::FAILED => span.bad { (state) },
+                    _ => (state),
+                }
                 small {
                     @if mission.total > 0 { (mission.reached) " of " (mission.total) } @else { (mission.reached) }
                     @if mission.note.as_str().is_empty() { " reached" } @else { " · " (mission.note.as_str()) }

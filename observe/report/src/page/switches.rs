@@ -21,7 +21,7 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
     Some(html! {
         p.note { "Every selection that changed the winner, with its reason and its candidates." }
         div.tools hidden {
-            input type="search" placeholder="filter: vff collision" aria-label="Show only switches with these words";
+            input type="search" placeholder="filter: vff conflict" aria-label="Show only switches with these words";
             button type="button" hidden { "all" }
             output {}
             span.note { "or drag over the bands above to select a time" }
@@ -51,7 +51,6 @@ fn switch_row(page: &Page<'_>, decision: &Decision) -> Markup {
     let Decision {
         time_s,
         group,
-        case,
         candidates,
         before,
         choice,
@@ -68,11 +67,18 @@ fn switch_row(page: &Page<'_>, decision: &Decision) -> Markup {
             td.name { (page.choice(before.as_deref())) }
             td.name { (page.choice(choice.as_deref())) }
             td { (reason) br; small { (cause) } br; (candidate_list(candidates)) }
-            td { (case.name()) }
+            td { (case(page, decision)) }
             td { (decider) }
             td.n { @if let Some(us) = takeover_us { (chart::seconds(us / 1e6)) } @else { "–" } }
         }
     }
+}
+
+/// The case of a selection in a word. An arrival is green.
+fn case(page: &Page<'_>, decision: &Decision) -> Markup {
+    let timeline = &page.analysis.timeline;
+    let word = timeline.case_word(decision);
+    html! { @if timeline.is_arrival(decision) { span.good { (word) } } @else { (word) } }
 }
 
 /// The candidates: `stop checking · vff winner, ready, urgency 0.42`. Those that were ready are in bold.

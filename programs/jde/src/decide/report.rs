@@ -10,6 +10,7 @@ use jde_records::Decision;
 use jde_records::wire::state_name;
 use jde_session::load::{LoadedApplication, Trust};
 use jde_terminal::{BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
+use jde_timeline::case_word;
 use serde_json::{Value, json};
 
 use crate::failure::{describe_skipped_folders, display_path};
@@ -240,7 +241,10 @@ fn print_decision(output: &mut TextWriter, when: &str, decision: Option<&Decisio
     writeln!(
         output,
         "      {when:<5} {choice} by {}: {} {FAINT}({}; {}){FAINT:#}",
-        decision.decider, decision.reason, decision.case, decision.cause
+        decision.decider,
+        decision.reason,
+        case_word(decision.case),
+        decision.cause
     )?;
     let candidates = decision.candidates.iter().map(|candidate| {
         let urgency = candidate.urgency.filter(|urgency| *urgency != 0.0);

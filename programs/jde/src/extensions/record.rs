@@ -48,7 +48,7 @@ pub(crate) struct RecordOptions {
 #[derive(Args)]
 pub(crate) struct TriggerWindow {
     /// Record only around the moments at which this condition becomes true, to FILE-001, FILE-002 and so on
-    /// (repeatable). Conditions: collision, absence or chatter>N, each also with :GROUP; overrun or fault,
+    /// (repeatable). Conditions: conflict, absence or chatter>N, each also with :GROUP; overrun or fault,
     /// each also with :SCHEMA; refused; operator; or an expression over variables, as in
     /// 'pioneer.odometry.twist.twist.linear.x > 0.4'.
     #[arg(long, value_name = "CONDITION", requires = "file")]
@@ -271,7 +271,7 @@ pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<Tri
 pub(super) fn condition_failure(error: BadCondition) -> Failure {
     Failure::usage(
         error.to_string(),
-        "conditions are collision, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
+        "conditions are conflict, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
          refused, operator, and expressions such as 'vff.won and clearance < 0.2' or\n        \
          'pioneer.laser.ranges.exists(r, r < 0.3)'",
     )

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use jde_core::Nanos;
 use jde_link::message::{Action as OperatorAction, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
 use jde_records::event::{Outcome, What};
@@ -12,7 +13,7 @@ use jde_records::{RecordKind, RunRecord};
 use jde_session::log::Log;
 use jde_session::run as session;
 use jde_session::top::{ObservedApplication, RobotView, ScreenAction};
-use jde_timeline::MissionTimeline;
+use jde_timeline::{Ending, MissionTimeline};
 use jde_types::{Mission, Odometry, Pose2D, Value as _};
 use parking_lot::Mutex;
 
@@ -37,7 +38,9 @@ struct RemoteState {
     updated: Instant,
     odometry: Option<Pose2D>,
     mission: MissionTimeline,
-    outcome: Option<Outcome>,
+    ending: Option<Ending>,
+    /// When it ended, ns.
+    ended: Option<Nanos>,
     notes: Vec<String>,
 }
 
@@ -55,7 +58,8 @@ impl RemoteApplication {
             updated: Instant::now(),
             odometry: None,
             mission: MissionTimeline::default(),
-            outcome: None,
+            ending: None,
+            ended: None,
             notes: Vec::new(),
         }));
         let mut subscriptions = Vec::new();
@@ -69,7 +73,7 @@ impl RemoteApplication {
         });
         subscriptions.push({
             let state = Arc::clone(&state);
-            remote.events(&[RecordKind::Event], 0, move |event| {
+            remote.events(&[RecordKind::Event], MAX_NOTES, move |event| {
                 state.lock().on_event(&event.record)
             })?
         });
@@ -96,13 +100,9 @@ impl RemoteApplication {
             })?);
         }
         {
-            let (state, name) = (Arc::clone(&state), remote.about().name.clone());
+            let state = Arc::clone(&state);
             remote.on_gone(move || {
-                let mut state = state.lock();
-                if state.outcome.is_none() {
-                    let text = format!("{name} is gone: it ended, was killed, or the network to it is cut");
-                    state.outcome = Some(Outcome::Broken(text));
-                }
+                state.lock().ending.get_or_insert(Ending::Lost);
             });
         }
         Ok(Self {
@@ -116,13 +116,16 @@ impl RemoteApplication {
     /// Returns a function that makes the oscilloscope leave. Any thread may call it.
     pub(crate) fn stop_callback(&self) -> impl Fn() + Send + use<> {
         let state = Arc::clone(&self.state);
-        move || state.lock().outcome = Some(Outcome::Stopped)
+        move || state.lock().ending = Some(Ending::Known(Outcome::Stopped))
     }
 }
 
 impl ObservedApplication for RemoteApplication {
     fn snapshot(&self) -> Snapshot {
-        self.state.lock().snapshot.clone()
+        let state = self.state.lock();
+        let mut snapshot = state.snapshot.clone();
+        snapshot.time = state.ended.unwrap_or(snapshot.time);
+        snapshot
     }
 
     fn robot(&self) -> Option<RobotView> {
@@ -156,8 +159,8 @@ impl ObservedApplication for RemoteApplication {
             .map_err(|error| error.to_string())
     }
 
-    fn outcome(&self) -> Option<Outcome> {
-        self.state.lock().outcome.clone()
+    fn ending(&self) -> Option<Ending> {
+        self.state.lock().ending.clone()
     }
 
     fn silent(&self) -> Duration {
@@ -175,7 +178,8 @@ impl RemoteState {
     fn on_event(&mut self, record: &RunRecord) {
         let RunRecord::Other(event) = record else { return };
         if let What::Ended { outcome } = &event.what {
-            self.outcome = Some(outcome.clone());
+            self.ending = Some(Ending::Known(outcome.clone()));
+            self.ended = Some(event.time);
         }
         if self.notes.len() == MAX_NOTES {
             self.notes.remove(0);

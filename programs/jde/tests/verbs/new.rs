@@ -322,7 +322,7 @@ fn a_new_application_is_checked_and_runs() {
     let check = output_of(jde_with_plugins(&["check", "app.toml"]).current_dir(&project.folder));
     assert_eq!(check.status, Some(0), "{}", check.err);
     let run = project.run(&["--seed", "1"]);
-    for part in ["4 of 4 targets", "no collision"] {
+    for part in ["4 of 4 targets", "no contact"] {
         assert!(run.out.contains(part), "{}", run.out);
     }
 }

@@ -230,8 +230,8 @@ fn an_invalid_condition_is_reported_before_the_run() {
             "column 1: no variable is called `pioneer.lasr`; did you mean `pioneer.laser`?",
         ),
         (
-            "collision:guide/bas",
-            "column 11: no group is called `guide/bas`; did you mean `guide/base`?",
+            "conflict:guide/bas",
+            "column 10: no group is called `guide/bas`; did you mean `guide/base`?",
         ),
         ("goon.period >", "column 14: mismatched input the end"),
     ] {

@@ -28,7 +28,7 @@ fn r15_a_run_prints_every_takeover_with_its_reason() {
         "guide/base: nobody -> goon  the only one ready",
         "target 1 of 2 reached",
         "room: the mission is done; 2 of 2 targets",
-        "no collision",
+        "no contact",
     ] {
         assert!(run.out.contains(part), "{part}: {}", run.out);
     }

@@ -146,7 +146,7 @@ fn the_demonstration_drives_a_robot_over_tcp() {
     driver.wait().expect("the process ends");
     server.until("the client ended its session");
     let rest = server.end();
-    assert!(rest.contains("0 collisions"), "{rest}");
+    assert!(rest.contains("0 contacts"), "{rest}");
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn a_robot_stops_when_its_client_is_stopped_or_killed() {
     let mut driver = driver;
     driver.wait().expect("the process ends");
     let rest = server.end();
-    assert!(rest.contains("0 collisions"), "{rest}");
+    assert!(rest.contains("0 contacts"), "{rest}");
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn r7_a_robot_stops_and_its_driver_withdraws_exports_when_the_network_fails() {
     signal("KILL", &driver);
     driver.wait().expect("the process ends");
     let rest = server.end();
-    assert!(rest.contains("0 collisions"), "{rest}");
+    assert!(rest.contains("0 contacts"), "{rest}");
 }
 
 #[test]
@@ -246,11 +246,7 @@ fn the_summary_of_a_server_is_printed_as_text_and_as_json() {
     let robots = summary["robots"].as_array().expect("robots");
     assert_eq!(robots.len(), 2);
     assert_eq!(robots[0]["collisions"], 0);
-    assert!(
-        run.err.contains("left: 0.0 m driven, 0 collisions"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("left: 0.0 m driven, 0 contacts"), "{}", run.err);
     assert!(run.err.matches("tcp:127.0.0.1:").count() == 2, "{}", run.err);
 }
 
@@ -311,7 +307,7 @@ fn invalid_arguments_of_sim_have_exit_status_2_and_a_hint() {
 fn a_device_cannot_be_driven_in_lockstep_or_faster_than_real_time_or_halted() {
     let folder = tempfile::tempdir().unwrap();
     let app = safe_navigation(folder.path(), "tcp:127.0.0.1:1");
-    for option in [&["--lockstep"][..], &["--speed", "2x"], &["--break", "collision"]] {
+    for option in [&["--lockstep"][..], &["--speed", "2x"], &["--break", "conflict"]] {
         let run = output_of(&mut jde_with_plugins(
             &[&["run", &*app, "--plain"], option].concat(),
         ));

@@ -122,7 +122,7 @@ fn invalid_options_are_reported_before_anything_is_written() {
         (&["--split", "0.1s"], "1 s or more"),
         (&["--keep", "1GB"], "--split"),
         (&["--split", "1GB", "--keep", "1.5GB"], "less than two files"),
-        (&["--split", "1GB", "--when", "collision"], "cannot be used with"),
+        (&["--split", "1GB", "--when", "conflict"], "cannot be used with"),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let refused = record(folder.path(), options);

@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use jde_core::{Id, SchemaId};
 use jde_host::{Handle, OperatorHandle};
-use jde_records::event::Outcome;
 use jde_records::snapshot::Snapshot;
-use jde_timeline::{Hierarchy, MissionTimeline, Timeline};
+use jde_timeline::{Ending, Hierarchy, MissionTimeline, Timeline};
 use jde_types::Pose2D;
 use parking_lot::Mutex;
 
@@ -71,8 +70,8 @@ impl ObservedApplication for LocalApplication<'_> {
         }
     }
 
-    fn outcome(&self) -> Option<Outcome> {
-        self.handle.outcome()
+    fn ending(&self) -> Option<Ending> {
+        self.handle.outcome().map(Ending::Known)
     }
 
     fn silent(&self) -> Duration {

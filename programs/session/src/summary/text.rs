@@ -234,8 +234,8 @@ fn print_headline(summary: &RunSummary, output: &mut dyn Write) -> io::Result<()
     writeln!(output, " in {:.1} s", summary.sim_seconds)?;
     match summary.collisions {
         None => {}
-        Some(0) => write!(output, "no collision")?,
-        Some(count) => write!(output, "{BAD}{}{BAD:#}", counted(count, "collision"))?,
+        Some(0) => write!(output, "no contact")?,
+        Some(count) => write!(output, "{BAD}{}{BAD:#}", counted(count, "contact"))?,
     }
     if let Some(clearance) = summary.min_clearance_m {
         write!(output, ", never nearer than {clearance:.2} m to anything")?;

@@ -34,7 +34,7 @@ impl ViewState {
         self.status = None;
         match code {
             KeyCode::Char('q') | KeyCode::Esc => return Some(self.exit_reason()),
-            KeyCode::Enter if self.outcome.is_some() => return Some(self.exit_reason()),
+            KeyCode::Enter if self.ending.is_some() => return Some(self.exit_reason()),
             KeyCode::Up | KeyCode::Char('k') => self.select(-1),
             KeyCode::Down | KeyCode::Char('j') => self.select(1),
             KeyCode::Home => self.select(isize::MIN),
@@ -127,7 +127,7 @@ impl ViewState {
     }
 
     fn exit_reason(&self) -> ExitReason {
-        if self.outcome.is_some() {
+        if self.ending.is_some() {
             ExitReason::Ended
         } else {
             ExitReason::Quit

@@ -22,6 +22,7 @@ use jde_core::Nanos;
 use jde_records::event::Outcome;
 use jde_records::snapshot::Snapshot;
 use jde_terminal as terminal;
+use jde_timeline::Ending;
 
 use view_state::ViewState;
 
@@ -46,7 +47,7 @@ pub trait ObservedApplication {
     fn act(&self, action: ScreenAction) -> Result<(), String>;
 
     /// Returns how the application ended; `None` while it runs.
-    fn outcome(&self) -> Option<Outcome>;
+    fn ending(&self) -> Option<Ending>;
 
     /// Returns how long the application has said nothing.
     fn silent(&self) -> Duration;
@@ -113,7 +114,7 @@ pub fn run(app: &dyn ObservedApplication, title: &str) -> io::Result<ExitReason>
     terminal::with_screen(|terminal| {
         let mut screen = ViewState::new(title, theme::Theme::from_environment(), app);
         loop {
-            if screen.outcome == Some(Outcome::Stopped) {
+            if screen.ending == Some(Ending::Known(Outcome::Stopped)) {
                 return Ok(ExitReason::Ended);
             }
             terminal.draw(|frame| draw::draw(frame, &mut screen))?;

@@ -6,10 +6,9 @@ use std::time::Duration;
 
 use jde_core::{Health, Nanos};
 use jde_records::DecidedBy;
-use jde_records::event::Outcome;
 use jde_records::snapshot::{SchemaView, Snapshot};
 use jde_terminal::escape::escape;
-use jde_timeline::{Hierarchy, HierarchyRow, Timeline};
+use jde_timeline::{Ending, Hierarchy, HierarchyRow, Timeline};
 
 use super::strip;
 use super::theme::Theme;
@@ -36,7 +35,7 @@ pub(super) struct ViewState {
     /// The rows, each with the lines of the tree before its name.
     pub(super) rows: Vec<(String, HierarchyRow)>,
     pub(super) robot: Option<RobotView>,
-    pub(super) outcome: Option<Outcome>,
+    pub(super) ending: Option<Ending>,
     /// How long the application has said nothing.
     pub(super) silent: Duration,
     pub(super) log: Vec<String>,
@@ -84,7 +83,7 @@ impl ViewState {
             rows: Vec::new(),
             snapshot: Snapshot::default(),
             robot: None,
-            outcome: None,
+            ending: None,
             silent: Duration::ZERO,
             log: Vec::new(),
             timeline: Timeline::new(Hierarchy::default(), strip::KEEP),
@@ -102,12 +101,15 @@ impl ViewState {
 
     /// Reads the present state of the application.
     pub(super) fn observe(&mut self, app: &dyn ObservedApplication) {
+        let ended = self.ending.as_ref().map(|_| self.snapshot.time);
         self.snapshot = escape_texts(app.snapshot());
+        // The clock of an application that has ended may run on.
+        self.snapshot.time = ended.unwrap_or(self.snapshot.time);
         self.timeline.add_snapshot(&self.snapshot);
         self.rows = tree::branches(self.timeline.hierarchy());
         self.rows.retain(|(_, row)| row.is_in(&self.snapshot));
         self.robot = app.robot();
-        self.outcome = app.outcome();
+        self.ending = app.ending();
         self.silent = app.silent();
         self.log = app.log_lines().iter().map(|line| escape(line)).collect();
     }
@@ -187,15 +189,4 @@ fn escape_texts(mut snapshot: Snapshot) -> Snapshot {
         }
     }
     snapshot
-}
-
-/// Returns a text for how an application ended.
-pub(super) fn outcome_text(outcome: &Outcome) -> String {
-    match outcome {
-        Outcome::Done => "done".to_owned(),
-        Outcome::Failed => "failed".to_owned(),
-        Outcome::TimeUp => "time is up".to_owned(),
-        Outcome::Stopped => "stopped".to_owned(),
-        Outcome::Broken(reason) => format!("broken: {}", escape(reason)),
-    }
 }

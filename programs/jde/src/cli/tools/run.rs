@@ -31,7 +31,7 @@ use crate::quantity;
   jde run apps/safe-navigation.toml
   jde run safe-navigation --lockstep --for 60s --picture path.png
   jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
-  jde run safe-navigation --record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
+  jde run safe-navigation --record drive.mcap --when conflict --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde run safe-navigation --view
   jde run safe-navigation --break 'vff.won and clearance < 0.2'
   jde run app.toml --debug-python shy                     breakpoint() in the schema shy stops it here

@@ -185,7 +185,7 @@ fn write_robot(robot: &RobotStats, output: &mut TextWriter) -> std::io::Result<(
         "{TITLE}{}{TITLE:#}: {:.1} m driven, {style}{}{style:#}, never nearer than {:.2} m to anything, {}",
         robot.robot,
         robot.travelled,
-        counted(robot.collisions, "collision"),
+        counted(robot.collisions, "contact"),
         robot.min_clearance.max(0.0),
         counted(robot.sessions, "session")
     )

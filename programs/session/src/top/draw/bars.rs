@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use crate::top::text;
-use crate::top::view_state::{ActionResult, Mode, ViewState, outcome_text};
+use crate::top::view_state::{ActionResult, Mode, ViewState};
 
 /// The key that stops everything, and the one that releases it.
 const PANIC_KEYS: [(&str, &str); 2] = [("space", "STOP ALL"), ("g", "GO ON")];
@@ -34,8 +34,8 @@ const KEYS: [(&str, &str); 9] = [
 pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let seconds = screen.snapshot.time as f64 / 1e9;
     let silent = screen.silent > SILENT_AFTER;
-    let state = match (&screen.outcome, screen.stopped_by()) {
-        (Some(outcome), _) => outcome_text(outcome),
+    let state = match (&screen.ending, screen.stopped_by()) {
+        (Some(ending), _) => ending.word().to_owned(),
         (None, _) if silent => format!("NO NEWS for {} s", screen.silent.as_secs()),
         (None, Some(operator)) => format!("STOPPED by {operator}"),
         (None, None) if screen.snapshot.standstill.is_some() => "STANDS STILL".to_owned(),
@@ -73,7 +73,7 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
         Some(ActionResult::Refused(reason)) => Span::styled(escape(reason), screen.theme.bad()),
         None => Span::raw(""),
     };
-    let line = match (&screen.mode, &screen.outcome) {
+    let line = match (&screen.mode, &screen.ending) {
         (Mode::Period { schema, typed }, _) => Line::from(vec![
             Span::styled(
                 format!("new period of {}: ", screen.name(*schema)),
@@ -90,15 +90,16 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
                 Span::styled(format!("  {}", status_text.content), status_text.style)
             },
         ]),
-        (Mode::Watch | Mode::Help, Some(outcome)) if screen.status.is_none() => Line::styled(
+        (Mode::Watch | Mode::Help, Some(ending)) if screen.status.is_none() => Line::styled(
             format!(
-                "The application has ended: {}. Press Enter to leave.",
-                outcome_text(outcome)
+                "{}: {}. Press Enter to leave.",
+                ending.word(),
+                escape(ending.reason())
             ),
             screen.theme.strong(),
         ),
         (Mode::Watch | Mode::Help, Some(_) | None) => match &screen.snapshot.standstill {
-            Some(reason) if screen.outcome.is_none() => Line::from(vec![
+            Some(reason) if screen.ending.is_none() => Line::from(vec![
                 Span::styled("stands still: ", screen.theme.strong()),
                 Span::raw(reason.as_str()),
                 Span::styled("  c continues, n makes a step", screen.theme.faint()),

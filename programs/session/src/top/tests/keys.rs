@@ -155,10 +155,18 @@ fn an_ended_application_is_shown_until_the_user_leaves() {
     let app = Fixed::new();
     let mut screen = app.screen();
     assert_eq!(press(&mut screen, &app, &[KeyCode::Enter]), None);
-    *app.outcome.borrow_mut() = Some(Outcome::Done);
+    *app.ending.borrow_mut() = Some(Ending::Known(Outcome::Done));
     screen.observe(&app);
-    assert!(lines(&mut screen, 80, 24)[0].contains("done"));
-    assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
+    let ended = screen.snapshot.time;
+    app.snapshot.borrow_mut().time += 60_000 * MS;
+    screen.observe(&app);
+    assert_eq!(screen.snapshot.time, ended, "its clock stands still");
+    assert!(lines(&mut screen, 80, 24)[0].contains(" done "));
+    let text = lines(&mut screen, 80, 24).join("\n");
+    assert!(text.contains("done: the mission is done. Press Enter"), "{text}");
+    *app.ending.borrow_mut() = Some(Ending::Lost);
+    screen.observe(&app);
+    assert!(lines(&mut screen, 80, 24)[0].contains(" lost "));
     let exit_reason = press(&mut screen, &app, &[KeyCode::Enter]);
     assert_eq!(exit_reason, Some(ExitReason::Ended));
 }

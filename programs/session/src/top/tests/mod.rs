@@ -9,6 +9,7 @@ use std::time::Duration;
 use jde_core::{Nanos, State};
 use jde_records::event::Outcome;
 use jde_records::snapshot::{Hold, HoldKind, Snapshot};
+use jde_timeline::Ending;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -23,7 +24,7 @@ const MS: Nanos = 1_000_000;
 
 struct Fixed {
     snapshot: RefCell<Snapshot>,
-    outcome: RefCell<Option<Outcome>>,
+    ending: RefCell<Option<Ending>>,
     silent: Cell<Duration>,
     refuses: Option<&'static str>,
     acts: RefCell<Vec<ScreenAction>>,
@@ -33,7 +34,7 @@ impl Fixed {
     fn new() -> Self {
         Self {
             snapshot: RefCell::new(navigation()),
-            outcome: RefCell::new(None),
+            ending: RefCell::new(None),
             silent: Cell::default(),
             refuses: None,
             acts: RefCell::default(),
@@ -64,8 +65,8 @@ impl ObservedApplication for Fixed {
         self.refuses.map_or(Ok(()), |reason| Err(reason.to_owned()))
     }
 
-    fn outcome(&self) -> Option<Outcome> {
-        self.outcome.borrow().clone()
+    fn ending(&self) -> Option<Ending> {
+        self.ending.borrow().clone()
     }
 
     fn silent(&self) -> Duration {

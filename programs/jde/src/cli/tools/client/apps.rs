@@ -1,20 +1,27 @@
 //! `jde apps`: lists the running applications.
 
+use std::sync::mpsc::channel;
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use jde_core::State;
 use jde_link::message::{About, Network};
-use jde_link::{Client, Unanswered};
+use jde_link::{Client, Error, Remote, Unanswered};
+use jde_records::RecordKind;
+use jde_records::event::{Outcome, What};
 use jde_records::snapshot::Snapshot;
 use jde_session::cli::print_json;
-use jde_terminal::{self as terminal, FAINT, GOOD, TITLE, WARN};
+use jde_terminal::{self as terminal, BAD, FAINT, GOOD, TITLE, WARN};
+use jde_timeline::{Ending, Severity};
 use serde::Serialize;
 
 use super::{Context, Target};
 use crate::failure::{Failure, display_path};
 use crate::remote::table::{Alignment, Cell, Table};
+
+/// Events among which the end of an application is searched.
+const MAX_EVENTS: usize = 20;
 
 /// List the running applications.
 #[derive(Args)]
@@ -44,6 +51,9 @@ pub(crate) struct ApplicationEntry {
     pub(crate) about: About,
     /// The winners, from the roots down; `None` if the application gives no answer that makes sense.
     acting: Option<Vec<String>>,
+    /// How it ended, if it stays only to be looked at.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outcome: Option<Outcome>,
     /// Why there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<String>,
@@ -87,13 +97,14 @@ impl Listing {
                     scope.spawn(move || {
                         let name = format!("{}@{}", about.name, about.id);
                         let found = client.application(Some(&name));
-                        let (acting, problem) = match found.and_then(|remote| remote.hierarchy()) {
-                            Ok(snapshot) => (Some(winners(&snapshot)), None),
-                            Err(error) => (None, Some(error.to_string())),
+                        let (acting, outcome, problem) = match found.and_then(|remote| present(&remote)) {
+                            Ok((acting, outcome)) => (Some(acting), outcome, None),
+                            Err(error) => (None, None, Some(error.to_string())),
                         };
                         ApplicationEntry {
                             about,
                             acting,
+                            outcome,
                             problem,
                         }
                     })
@@ -134,7 +145,13 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
         ("file", Alignment::Left),
     ]);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    for ApplicationEntry { about, acting, .. } in listed {
+    for ApplicationEntry {
+        about,
+        acting,
+        outcome,
+        ..
+    } in listed
+    {
         let same_name = listed
             .iter()
             .filter(|other| other.about.name == about.name)
@@ -144,10 +161,16 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
             _ => format!("{}@{:.6}", about.name, about.id),
         };
         let up = now.saturating_sub(Duration::from_nanos(about.started_ns));
-        let acting = match acting.as_deref() {
-            None => Cell::from("no answer").styled(WARN),
-            Some([]) => Cell::from("nobody").styled(FAINT),
-            Some(names) => Cell::from(names.join(" > ")).styled(GOOD),
+        let ending = outcome.clone().map(Ending::Known);
+        let acting = match (acting.as_deref(), &ending) {
+            (None, _) => Cell::from("no answer").styled(WARN),
+            (Some(_), Some(ending)) => Cell::from(ending.word()).styled(match ending.severity() {
+                Severity::Good => GOOD,
+                Severity::Warning => WARN,
+                Severity::Bad => BAD,
+            }),
+            (Some([]), None) => Cell::from("nobody").styled(FAINT),
+            (Some(names), None) => Cell::from(names.join(" > ")).styled(GOOD),
         };
         table.add_row([
             Cell::from(name).styled(TITLE),
@@ -172,6 +195,20 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
         ]);
     }
     table
+}
+
+/// Returns the winners of an application, and how it ended.
+fn present(remote: &Remote) -> Result<(Vec<String>, Option<Outcome>), Error> {
+    let (sender, receiver) = channel();
+    // All earlier events have arrived when this returns. The end is the last, but for what operators asked since.
+    drop(remote.events(&[RecordKind::Event], MAX_EVENTS, move |event| {
+        let _ = sender.send(event.record);
+    })?);
+    let outcome = receiver.try_iter().find_map(|record| match record.what() {
+        Some(What::Ended { outcome }) => Some(outcome.clone()),
+        Some(_) | None => None,
+    });
+    Ok((winners(&remote.hierarchy()?), outcome))
 }
 
 /// Returns the winners from the roots down. Follows the first group of each winner, as long as that group has

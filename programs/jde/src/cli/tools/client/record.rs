@@ -47,7 +47,7 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(500);
 #[command(after_help = "Examples:
   jde record drive.mcap
   jde record laser.mcap 'pioneer.laser' '*.mission' --for 60s
-  jde record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
+  jde record drive.mcap --when conflict --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde record drive.mcap --split 10min --keep 20GB
   jde record drive.mcap --panels=example
   jde record drive.mcap --app robot2 --at tcp/robot2:7447")]

@@ -51,9 +51,9 @@ impl Top {
         let exit_reason = exit_reason?;
         if exit_reason == ExitReason::Ended
             && !interrupted.load(Ordering::Relaxed)
-            && let Some(outcome) = live.outcome()
+            && let Some(ending) = live.ending()
         {
-            writeln!(terminal::out(), "{title} ended: {}", outcome.message())?;
+            writeln!(terminal::out(), "{title}: {}: {}", ending.word(), ending.reason())?;
         }
         Ok(())
     }
