@@ -3,6 +3,7 @@
 use jde_records::event::Occurrence;
 use jde_records::{CandidateRecord, Decision};
 
+use super::asleep::{Asleep, Past};
 use super::question::{NOBODY, Question};
 
 /// How far a time that a user read and rounded may be from the actual one, s.
@@ -31,28 +32,30 @@ pub(crate) enum Answer<'d> {
         /// How guards and the driver limited the commands of the chosen schema until then (R18).
         limits: Vec<&'d Occurrence<String>>,
     },
+    /// There was nobody to select.
+    Asleep(Asleep<'d>),
     /// There is no such selection; the text gives the reason.
     NoMatch(String),
 }
 
 impl Question {
-    /// Finds the selection that the question asks for. `decisions` and `limits`, the events of limited commands, are in
+    /// Finds the selection that the question asks for. The selections and `limits`, the events of limited commands, are in
     /// the order in which they were made.
-    pub(crate) fn answer<'d>(
-        &self,
-        decisions: &'d [Decision],
-        limits: &'d [Occurrence<String>],
-        known: KnownSpan,
-    ) -> Answer<'d> {
-        if let Some(reason) = self.out_of_span_reason(known) {
+    pub(crate) fn answer<'d>(&self, past: Past<'d>, limits: &'d [Occurrence<String>]) -> Answer<'d> {
+        if let Some(reason) = self.out_of_span_reason(past.known) {
             return Answer::NoMatch(reason);
         }
+        if let Some(asleep) = self.asleep(past) {
+            return Answer::Asleep(asleep);
+        }
+        let decisions = past.decisions;
         let found = if self.negated {
             self.find_not_chosen(decisions)
         } else if self.winner.as_deref() == Some(NOBODY) && self.time_s.is_none() {
             self.find_absence(decisions)
         } else {
             self.find_takeover(decisions)
+                .or_else(|| self.find_lasting(decisions))
         };
         let Some(index) = found else {
             return Answer::NoMatch(self.no_match_reason(decisions));
@@ -109,6 +112,37 @@ impl Question {
         matching
             .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
             .map(|(index, _)| index)
+    }
+
+    /// Returns a selection that the winner of the question won again: it took over before the known selections begin, and
+    /// was in force. The nearest to the question's time, or the first.
+    fn find_lasting(&self, decisions: &[Decision]) -> Option<usize> {
+        if self.loser.is_some() || self.winner.as_deref() == Some(NOBODY) {
+            return None;
+        }
+        // After the first change of its group, what a selection says is no longer what was before.
+        let mut changed = Vec::new();
+        let mut lasting = Vec::new();
+        for (index, decision) in decisions.iter().enumerate() {
+            let is_of_group = self.group.as_ref().is_none_or(|group| *group == decision.group);
+            if !is_of_group || changed.contains(&&decision.group) {
+                continue;
+            }
+            match (decision.changed, &decision.choice) {
+                (true, _) => changed.push(&decision.group),
+                (false, Some(choice)) if self.winner.as_ref().is_none_or(|winner| winner == choice) => {
+                    lasting.push(index);
+                }
+                (false, Some(_) | None) => {}
+            }
+        }
+        let distance = |index: &usize| {
+            self.time_s
+                .map_or(0.0, |at| (decisions[*index].time_s - at).abs())
+        };
+        lasting
+            .into_iter()
+            .min_by(|one, other| distance(one).total_cmp(&distance(other)))
     }
 
     /// Returns the last selection without a winner; one that is still in force takes precedence.

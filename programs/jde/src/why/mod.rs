@@ -2,11 +2,13 @@
 //! neither recordings nor networks: callers supply the selections.
 
 mod answer;
+mod asleep;
 mod question;
 #[cfg(test)]
 mod tests;
 mod text;
 
 pub(crate) use answer::{Answer, KnownSpan};
+pub(crate) use asleep::{Asleep, Past, is_cause};
 pub(crate) use question::Question;
 pub(crate) use text::write;

@@ -1,10 +1,13 @@
 //! Tests of questions about a drive, and of the printed answers.
 
-use jde_core::{Case, State};
-use jde_records::event::What;
-use jde_records::{CandidateRecord, DecidedBy, Decision};
+use std::sync::LazyLock;
 
-use super::{Answer, KnownSpan, Question, write};
+use jde_core::{Case, State};
+use jde_records::event::{OperatorAction, Outcome, StateChange, What};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
+use jde_timeline::{Hierarchy, Keep, Timeline};
+
+use super::{Answer, KnownSpan, Past, Question, write};
 
 fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>) -> Decision {
     let candidate = |name: &str| CandidateRecord {
@@ -63,17 +66,30 @@ fn question(words: &str) -> Question {
     Question::parse(&words, &names(), &["example/base".to_owned()]).unwrap()
 }
 
+/// What is known of a run without states.
+fn past(decisions: &[Decision], known: KnownSpan) -> Past<'_> {
+    static NOTHING: LazyLock<Timeline> = LazyLock::new(Timeline::default);
+    Past {
+        timeline: &NOTHING,
+        decisions,
+        events: &[],
+        known,
+    }
+}
+
 fn found(text: &str) -> u64 {
-    match question(text).answer(&drive(), &[], KNOWN) {
+    match question(text).answer(past(&drive(), KNOWN), &[]) {
         Answer::Match { decision, .. } => decision.number,
         Answer::NoMatch(reason) => panic!("{reason}"),
+        Answer::Asleep(asleep) => panic!("{asleep:?}"),
     }
 }
 
 fn error(text: &str) -> String {
-    match question(text).answer(&drive(), &[], KNOWN) {
+    match question(text).answer(past(&drive(), KNOWN), &[]) {
         Answer::Match { decision, .. } => panic!("found {}", decision.number),
         Answer::NoMatch(reason) => reason,
+        Answer::Asleep(asleep) => panic!("{asleep:?}"),
     }
 }
 
@@ -107,10 +123,12 @@ fn a_question_about_nobody_finds_a_selection_without_a_winner() {
     assert_eq!(error("nobody from stop"), none);
     let mut decisions = drive();
     decisions.push(decision(7, 31.5, None, None));
-    let number = |words: &str, decisions: &[Decision]| match question(words).answer(decisions, &[], KNOWN) {
-        Answer::Match { decision, .. } => Ok(decision.number),
-        Answer::NoMatch(reason) => Err(reason),
-    };
+    let number =
+        |words: &str, decisions: &[Decision]| match question(words).answer(past(decisions, KNOWN), &[]) {
+            Answer::Match { decision, .. } => Ok(decision.number),
+            Answer::NoMatch(reason) => Err(reason),
+            Answer::Asleep(asleep) => panic!("{asleep:?}"),
+        };
     assert_eq!(
         number("nobody", &decisions),
         Ok(7),
@@ -141,7 +159,7 @@ fn a_schema_that_was_not_awake_is_marked_as_such() {
     decisions.push(last);
     let mut output = Vec::new();
     write(
-        &question("not goon").answer(&decisions, &[], KNOWN),
+        &question("not goon").answer(past(&decisions, KNOWN), &[]),
         Some("goon"),
         &mut output,
     )
@@ -162,7 +180,7 @@ fn a_question_without_a_match_is_answered_with_the_reason() {
         "vff never took over from stop, only from goon"
     );
     assert_eq!(
-        question("vff").answer(&[], &[], KNOWN),
+        question("vff").answer(past(&[], KNOWN), &[]),
         Answer::NoMatch("no selection has been made yet".to_owned())
     );
 }
@@ -172,7 +190,7 @@ fn an_answer_shows_case_decider_cause_and_every_candidate() {
     let decisions = drive();
     let mut output = Vec::new();
     write(
-        &question("vff goon 12.4s").answer(&decisions, &[], KNOWN),
+        &question("vff goon 12.4s").answer(past(&decisions, KNOWN), &[]),
         Some("stop"),
         &mut output,
     )
@@ -212,7 +230,7 @@ fn an_answer_shows_how_the_commands_of_the_chosen_schema_were_limited() {
     ];
     let mut output = Vec::new();
     let decisions = drive();
-    let answer = question("vff goon 12.4s").answer(&decisions, &limits, KNOWN);
+    let answer = question("vff goon 12.4s").answer(past(&decisions, KNOWN), &limits);
     write(&answer, None, &mut output).unwrap();
     let text = jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap());
     assert!(
@@ -231,9 +249,10 @@ fn a_time_outside_the_known_span_has_no_answer() {
         from: 10.0,
         until: 32.0,
     };
-    let answer = |words: &str| match question(words).answer(&drive(), &[], known) {
+    let answer = |words: &str| match question(words).answer(past(&drive(), known), &[]) {
         Answer::Match { decision, .. } => decision.number.to_string(),
         Answer::NoMatch(reason) => reason,
+        Answer::Asleep(asleep) => panic!("{asleep:?}"),
     };
     let expected = "99999 s is after the known selections, which end at 32.00 s";
     assert_eq!(answer("at 99999s"), expected);
@@ -244,4 +263,119 @@ fn a_time_outside_the_known_span_has_no_answer() {
         "3 s is before the known selections, which begin at 10.00 s"
     );
     assert_eq!(answer("at 32.05s"), "6", "a rounded time");
+}
+
+#[test]
+fn a_choice_that_was_made_before_the_known_selections_is_found_while_it_is_in_force() {
+    let halt = |number: u64, time_s: f64| decision(number, time_s, Some("stop"), Some("stop"));
+    let decisions = [halt(900, 557.0), halt(901, 600.0), halt(902, 624.0)];
+    let known = KnownSpan {
+        from: 557.0,
+        until: 624.0,
+    };
+    let number = |words: &str| match question(words).answer(past(&decisions, known), &[]) {
+        Answer::Match { decision, .. } => Ok(decision.number),
+        Answer::NoMatch(reason) => Err(reason),
+        Answer::Asleep(asleep) => panic!("{asleep:?}"),
+    };
+    assert_eq!(number("stop"), Ok(900));
+    assert_eq!(number("stop at 610s"), Ok(901));
+    assert_eq!(number("at 623s"), Ok(902));
+    assert!(number("vff").is_err_and(|reason| reason.contains("never took over")));
+}
+
+/// A run in which `ana` stopped `example`, the father of the drive, at 40 s.
+fn stopped_run() -> (Timeline, [jde_records::event::Occurrence<String>; 2]) {
+    let mut hierarchy = Hierarchy::default();
+    hierarchy.describe_group("roots", None, ["example"]);
+    hierarchy.describe_group("example/base", Some("example"), ["stop", "vff", "goon"]);
+    let mut timeline = Timeline::new(hierarchy, Keep::ALL);
+    for (time_s, schema, from, to) in [
+        (0.0, "example", State::Checking, State::Winner),
+        (0.0, "goon", State::Checking, State::Winner),
+        (0.0, "vff", State::Slept, State::Checking),
+        (0.0, "stop", State::Slept, State::Checking),
+        // What is below a father sleeps with it, whether or not its records arrive.
+        (40.0, "example", State::Winner, State::Slept),
+    ] {
+        let schema = schema.to_owned();
+        let time = (time_s * 1e9) as u64;
+        timeline.add(&RunRecord::State(StateChange {
+            time,
+            schema,
+            from,
+            to,
+        }));
+    }
+    let stop = What::Operator {
+        by: "ana@laptop".to_owned(),
+        action: OperatorAction::Stop {
+            schema: "example".to_owned(),
+        },
+        losses: Vec::new(),
+    };
+    let outcome = Outcome::Stopped;
+    (
+        timeline,
+        [
+            stop.at(40_000_000_000),
+            What::Ended { outcome }.at(50_000_000_000),
+        ],
+    )
+}
+
+#[test]
+fn nobody_wins_in_a_group_that_sleeps_and_the_answer_says_who_put_it_to_sleep() {
+    let (timeline, events) = stopped_run();
+    let decisions = drive()[..5].to_vec();
+    let answer = |words: &str| {
+        let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+        let groups = ["roots", "example/base"].map(str::to_owned);
+        let question = Question::parse(&words, &names(), &groups).unwrap();
+        let past = Past {
+            timeline: &timeline,
+            events: &events,
+            ..past(&decisions, KNOWN)
+        };
+        let mut output = Vec::new();
+        write(&question.answer(past, &[]), None, &mut output).unwrap();
+        jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap())
+    };
+    let roots = "\
+roots since 40.000 s: nobody
+  reason      its members sleep, so there is nobody to select
+  cause       ana@laptop stopped example, at 40.000 s
+  until then  example
+";
+    assert_eq!(answer("nobody in roots"), roots);
+    assert_eq!(answer("nobody"), roots);
+    let base = answer("why nobody in example/base at 60s");
+    assert!(
+        base.starts_with("example/base since 40.000 s: nobody\n"),
+        "{base}"
+    );
+    assert!(
+        base.contains("because their father example lost\n  cause       ana@laptop stopped example"),
+        "{base}"
+    );
+    let before = answer("nobody in roots at 30s");
+    assert!(before.contains("has a winner"), "{before}");
+}
+
+#[test]
+fn the_end_of_a_run_does_not_hide_when_nobody_won_before() {
+    let (timeline, mut events) = stopped_run();
+    // Everything sleeps because the application ended.
+    events[1].time = 40_000_000_001;
+    let decisions = drive();
+    let past = Past {
+        timeline: &timeline,
+        events: &events[1..],
+        ..past(&decisions, KNOWN)
+    };
+    let answer = question("nobody").answer(past, &[]);
+    assert!(
+        matches!(answer, Answer::Match { decision, .. } if decision.number == 6),
+        "{answer:?}"
+    );
 }

@@ -6,8 +6,10 @@ use jde_records::wire::state_name;
 use jde_records::{CandidateRecord, Decision};
 use jde_session::record_text::{format_micros, format_takeover};
 use jde_terminal::{FAINT, GOOD, TITLE, WARN};
+use jde_timeline::case_word;
 
 use super::answer::Answer;
+use super::asleep::Asleep;
 
 /// Prints an answer. `marked` is the schema of the question, which is marked among the candidates.
 ///
@@ -16,6 +18,7 @@ use super::answer::Answer;
 pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn Write) -> io::Result<()> {
     match answer {
         Answer::NoMatch(reason) => writeln!(output, "{reason}"),
+        Answer::Asleep(asleep) => write_asleep(asleep, output),
         Answer::Match {
             decision,
             before,
@@ -40,6 +43,43 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
             }
             Ok(())
         }
+    }
+}
+
+fn write_asleep(asleep: &Asleep<'_>, output: &mut dyn Write) -> io::Result<()> {
+    let Asleep {
+        group,
+        since_s,
+        loser,
+        father,
+        selection,
+        event,
+    } = asleep;
+    writeln!(output, "{TITLE}{group}{TITLE:#} since {since_s:.3} s: nobody")?;
+    match father {
+        Some(father) => writeln!(
+            output,
+            "  reason      its members sleep, because their father {father} lost"
+        )?,
+        None => writeln!(
+            output,
+            "  reason      its members sleep, so there is nobody to select"
+        )?,
+    }
+    if let Some(event) = event {
+        writeln!(
+            output,
+            "  cause       {}, at {:.3} s",
+            event.text(),
+            event.time_s()
+        )?;
+    }
+    if let Some(selection) = selection {
+        write_neighbour("selection", selection, output)?;
+    }
+    match loser {
+        Some(loser) => writeln!(output, "  until then  {GOOD}{loser}{GOOD:#}"),
+        None => Ok(()),
     }
 }
 
@@ -71,7 +111,12 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         "{TITLE}{group}{TITLE:#} at {time_s:.3} s: {what}  {FAINT}(selection {number}){FAINT:#}"
     )?;
     writeln!(output, "  reason      {reason}")?;
-    writeln!(output, "  case        {case}: {}", decision.case_text())?;
+    writeln!(
+        output,
+        "  case        {}: {}",
+        case_word(*case),
+        decision.case_text()
+    )?;
     writeln!(output, "  decided by  {}", decision.decider_text())?;
     writeln!(output, "  cause       {cause}")?;
     if let Some(took) = takeover_us {

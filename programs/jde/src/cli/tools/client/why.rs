@@ -7,11 +7,12 @@ use std::sync::mpsc::channel;
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_link::Remote;
-use jde_log::{Recording, record};
+use jde_log::{RecordedHierarchy, Recording, record};
 use jde_records::event::{Occurrence, What};
 use jde_records::{Decision, RecordKind, RunRecord};
 use jde_session::cli::print_json;
 use jde_terminal as terminal;
+use jde_timeline::{Hierarchy, Keep, LogLimits, Timeline};
 use serde::Serialize;
 
 use super::resolve::split_one_application;
@@ -19,22 +20,33 @@ use super::target::recording_instead;
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::{Failure, display_path};
-use crate::why::{self, Answer, KnownSpan, Question};
+use crate::why::{self, Answer, Asleep, KnownSpan, Past, Question};
 
-/// Number of selections requested from a running application: all that it keeps.
-const MAX_SELECTIONS: usize = 1000;
+/// Number of records of each kind requested from a running application: all that it keeps.
+const MAX_RECORDS: usize = 1_000_000;
+
+/// What is kept of a run: all states, and no records, which are in lists.
+const KEEP: Keep = Keep {
+    marks: 0,
+    records: LogLimits {
+        records: 0,
+        candidates: 0,
+        switches: 0,
+    },
+    ..Keep::ALL
+};
 
 /// Say why a schema won, lost or did not act, or why nobody won.
 ///
 /// A question names schemas, and a group or a time if needed; the words between them are optional. Without a
 /// time it means the last such takeover; a time alone means the choice in force then. A running application
-/// keeps its last thousand selections; a recording has all of them.
+/// keeps its last thousand selections, and of those before the ones that changed a winner, for hours; a recording has all.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde why vff
   jde why did vff take over from goon at 12.4s
   jde why is goon not the winner
-  jde why nobody in example/base    the last selection without a winner
+  jde why nobody in example/base    the last selection without a winner, or why all sleep
   jde why at 12.4s --in drive.mcap")]
 pub(crate) struct Why {
     /// The question.
@@ -52,11 +64,17 @@ pub(crate) struct Why {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct SelectionOutput<'d> {
-    decision: &'d Decision,
-    before: Option<&'d Decision>,
-    after: Option<&'d Decision>,
-    limits: Vec<&'d Occurrence<String>>,
+#[serde(untagged)]
+enum SelectionOutput<'d> {
+    Selection {
+        decision: &'d Decision,
+        before: Option<&'d Decision>,
+        after: Option<&'d Decision>,
+        limits: Vec<&'d Occurrence<String>>,
+    },
+    Asleep {
+        asleep: Asleep<'d>,
+    },
 }
 
 impl Why {
@@ -98,11 +116,43 @@ pub(crate) struct Selections {
     pub(crate) decisions: Vec<Decision>,
     /// The events of limited commands.
     limits: Vec<Occurrence<String>>,
+    /// Why schemas sleep.
+    causes: Vec<Occurrence<String>>,
+    timeline: Timeline,
     known: KnownSpan,
     schemas: Vec<String>,
     groups: Vec<String>,
     /// What is damaged or missing, in words.
     pub(crate) notes: Vec<String>,
+}
+
+/// The records of a run by what is asked of them.
+struct SortedRecords {
+    decisions: Vec<Decision>,
+    limits: Vec<Occurrence<String>>,
+    causes: Vec<Occurrence<String>>,
+    timeline: Timeline,
+}
+
+impl SortedRecords {
+    fn new(hierarchy: Hierarchy) -> Self {
+        Self {
+            decisions: Vec::new(),
+            limits: Vec::new(),
+            causes: Vec::new(),
+            timeline: Timeline::new(hierarchy, KEEP),
+        }
+    }
+
+    fn add(&mut self, record: RunRecord) {
+        self.timeline.add(&record);
+        match record {
+            RunRecord::Decision(decision) => self.decisions.push(decision),
+            RunRecord::Other(event) if is_limit(&event) => self.limits.push(event),
+            RunRecord::Other(event) if why::is_cause(&event) => self.causes.push(event),
+            RunRecord::Other(_) | RunRecord::State(_) => {}
+        }
+    }
 }
 
 /// Whether an event is of limited commands.
@@ -126,16 +176,17 @@ impl Selections {
         let (first, _) = recording.times().unwrap_or_default();
         let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
         let mut until = 0;
-        let (mut decisions, mut limits) = (Vec::new(), Vec::new());
+        let hierarchy = RecordedHierarchy::of_recording(&recording);
+        let hierarchy = hierarchy.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
+        let mut sorted = SortedRecords::new(hierarchy);
         for message in recording.messages()? {
             let message = message?;
             until = message.log_time.saturating_sub(start);
-            match record::read(&message) {
-                Some(RunRecord::Decision(decision)) => decisions.push(decision),
-                Some(RunRecord::Other(event)) if is_limit(&event) => limits.push(event),
-                Some(RunRecord::Other(_) | RunRecord::State(_)) | None => {}
+            if let Some(record) = record::read(&message) {
+                sorted.add(record);
             }
         }
+        let decisions = &sorted.decisions;
         if decisions.is_empty() {
             let missing = notes.iter().map(|note| format!(": {note}")).collect::<String>();
             return Err(Failure::usage(
@@ -149,13 +200,7 @@ impl Selections {
             from: from.min(decisions[0].time_s),
             until: until as f64 / 1e9,
         };
-        Ok(Self::new(
-            decisions,
-            limits,
-            known,
-            [Vec::new(), Vec::new()],
-            notes,
-        ))
+        Ok(Self::new(sorted, known, [Vec::new(), Vec::new()], notes))
     }
 
     /// Requests the last selections of a running application.
@@ -168,42 +213,34 @@ impl Selections {
             known.schemas.into_iter().map(|schema| schema.name).collect(),
             known.groups.into_iter().map(|group| group.name).collect(),
         ];
-        let records = |kind: RecordKind| -> Result<Vec<RunRecord>, Failure> {
-            let (sender, receiver) = channel();
-            let watching = remote.events(&[kind], MAX_SELECTIONS, move |event| {
-                // The receiver is dropped after the reply.
-                let _ = sender.send(event.record);
-            })?;
-            // All earlier ones have arrived when this returns.
-            drop(watching);
-            Ok(receiver.try_iter().collect())
-        };
-        let selections = records(RecordKind::Decision)?.into_iter();
-        let decisions: Vec<Decision> = selections
-            .filter_map(|record| match record {
-                RunRecord::Decision(decision) => Some(decision),
-                RunRecord::State(_) | RunRecord::Other(_) => None,
-            })
-            .collect();
-        let events = records(RecordKind::Event)?.into_iter();
-        let limits = events.filter_map(|record| match record {
-            RunRecord::Other(event) if is_limit(&event) => Some(event),
-            RunRecord::Other(_) | RunRecord::State(_) | RunRecord::Decision(_) => None,
-        });
-        let limits = limits.collect();
+        let (sender, receiver) = channel();
+        let watching = remote.events(&RecordKind::ALL, MAX_RECORDS, move |event| {
+            // The receiver is dropped after the reply.
+            let _ = sender.send(event.record);
+        })?;
+        // All earlier ones have arrived when this returns.
+        drop(watching);
+        let snapshot = remote.hierarchy()?;
+        let mut sorted = SortedRecords::new(Hierarchy::of_snapshot(&snapshot));
+        receiver.try_iter().for_each(|record| sorted.add(record));
+        sorted.timeline.add_snapshot(&snapshot);
         let known = KnownSpan {
-            from: match decisions.first() {
-                Some(first) if decisions.len() >= MAX_SELECTIONS => first.time_s,
+            from: match sorted.decisions.first() {
+                Some(first) if first.number > 1 => first.time_s,
                 Some(_) | None => 0.0,
             },
-            until: remote.hierarchy()?.time as f64 / 1e9,
+            until: snapshot.time as f64 / 1e9,
         };
-        Ok(Self::new(decisions, limits, known, names, Vec::new()))
+        Ok(Self::new(sorted, known, names, Vec::new()))
     }
 
     fn new(
-        decisions: Vec<Decision>,
-        limits: Vec<Occurrence<String>>,
+        SortedRecords {
+            decisions,
+            limits,
+            causes,
+            timeline,
+        }: SortedRecords,
         known: KnownSpan,
         [mut schemas, mut groups]: [Vec<String>; 2],
         notes: Vec<String>,
@@ -218,6 +255,8 @@ impl Selections {
         Self {
             decisions,
             limits,
+            causes,
+            timeline,
             known,
             schemas,
             groups,
@@ -244,20 +283,27 @@ impl Selections {
                 before,
                 after,
                 limits,
-            } => Ok(SelectionOutput {
+            } => Ok(SelectionOutput::Selection {
                 decision,
                 before,
                 after,
                 limits,
             }),
+            Answer::Asleep(asleep) => Ok(SelectionOutput::Asleep { asleep }),
             Answer::NoMatch(reason) => Err(Failure::NoMatch(reason)),
         }
     }
 
     fn answer(&self, question: &Question) -> Result<Answer<'_>, Failure> {
-        match question.answer(&self.decisions, &self.limits, self.known) {
+        let past = Past {
+            timeline: &self.timeline,
+            decisions: &self.decisions,
+            events: &self.causes,
+            known: self.known,
+        };
+        match question.answer(past, &self.limits) {
             Answer::NoMatch(reason) => Err(Failure::NoMatch(reason)),
-            found @ Answer::Match { .. } => Ok(found),
+            found @ (Answer::Match { .. } | Answer::Asleep(_)) => Ok(found),
         }
     }
 }
