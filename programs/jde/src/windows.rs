@@ -31,6 +31,7 @@ pub(crate) fn open(
     reach: Reach,
     application: Option<String>,
     recording: Option<PathBuf>,
+    from: Option<u64>,
 ) -> Result<(), Failure> {
     let program = env::current_exe()
         .map_err(|error| Failure::broken(format!("the path of this program cannot be found: {error}")))?;
@@ -38,6 +39,7 @@ pub(crate) fn open(
         reach,
         application,
         recording,
+        from,
         player: [program.as_os_str()]
             .into_iter()
             .chain(["replay", "--plain", "--stay", "--until-eof"].map(OsStr::new))

@@ -1,6 +1,7 @@
 //! The main window: the start page, or the windows on one application. It owns no robot: it may be closed at
 //! any time.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,7 +9,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use eframe::egui;
-use jde_link::Client;
+use jde_link::{Client, Reach};
 
 use crate::graphics_card::{self, DeviceLoss};
 use crate::player::Player;
@@ -67,6 +68,8 @@ pub(crate) struct App {
     saved: WindowSettings,
     store: SettingsStore,
     page: Page,
+    /// The windows that the user left for the start page. They go on receiving.
+    left: Option<Box<Workspace>>,
     stops: Stops,
     lost: DeviceLoss,
 }
@@ -109,6 +112,7 @@ impl App {
             saved: settings.clone(),
             settings,
             store,
+            left: None,
             stops: Stops::default(),
             lost: DeviceLoss::default(),
         };
@@ -131,7 +135,10 @@ impl App {
         }
         let style = Style::of(&ctx, self.settings.units);
         if let Page::Open(workspace) = &mut self.page {
-            workspace.session().begin_frame();
+            workspace.begin_frame();
+        }
+        if let Some(left) = &mut self.left {
+            left.begin_frame();
         }
         let target = self.page.stop_target();
         let mut next = self.bar(ui, target.as_ref());
@@ -160,27 +167,44 @@ impl App {
         }
         match next {
             None => {}
-            Some(Next::Chosen(Selection::Application(about))) => {
-                self.connect(&ctx, format!("{}@{}", about.name, about.id));
+            Some(Next::Chosen(selection)) => {
+                let is_chosen = |left: &mut Box<Workspace>| match &selection {
+                    Selection::Application(about) => left.session().about().id == about.id,
+                    Selection::Recording(file) => left.recording() == Some(file),
+                };
+                match (self.left.take_if(is_chosen), selection) {
+                    (Some(left), _) => self.show(&ctx, left),
+                    (None, Selection::Application(about)) => {
+                        self.connect(&ctx, format!("{}@{}", about.name, about.id));
+                    }
+                    (None, Selection::Recording(file)) => self.play(&ctx, file),
+                }
             }
-            Some(Next::Chosen(Selection::Recording(file))) => self.play(&ctx, file),
             Some(Next::Workspace(opened)) => {
                 let (session, player) = *opened;
-                let title = player.as_ref().map_or_else(
-                    || session.about().name.clone(),
-                    |player| player.file().display().to_string(),
-                );
                 let (store, reach) = (self.store.clone(), self.opening.reach.clone());
-                self.page = Page::Open(Box::new(Workspace::open(session, store, player, reach)));
-                ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title} - jde")));
+                self.left = None;
+                self.show(&ctx, Box::new(Workspace::open(session, store, player, reach)));
             }
             Some(Next::Start(reason)) => {
                 let mut start = StartPage::new(&ctx, &self.opening);
                 start.trouble = reason;
-                self.page = Page::Start(start);
+                if let Page::Open(left) = std::mem::replace(&mut self.page, Page::Start(start)) {
+                    self.left = Some(left);
+                }
                 ctx.send_viewport_cmd(egui::ViewportCommand::Title("jde".to_owned()));
             }
         }
+    }
+
+    /// Shows the windows on an application or a recording.
+    fn show(&mut self, ctx: &egui::Context, mut workspace: Box<Workspace>) {
+        let title = match workspace.recording() {
+            Some(file) => file.display().to_string(),
+            None => workspace.session().about().name.clone(),
+        };
+        self.page = Page::Open(workspace);
+        ctx.send_viewport_cmd(egui::ViewportCommand::Title(format!("{title} - jde")));
     }
 
     /// Draws the bar of the page, with the button that stops everything at its end. Returns where the user navigates to, if
@@ -240,19 +264,29 @@ impl App {
             move |_| {
                 let session = Client::connect(&reach)
                     .and_then(|client| client.application(Some(&requested)))
-                    .and_then(|remote| WindowSession::open(remote, repaint))
+                    .and_then(|remote| WindowSession::open(remote, repaint.clone()))
                     .map_err(|error| error.to_string())?;
+                let is_here = matches!(reach, Reach::Local(_)) && session.is_recording();
+                let file = PathBuf::from(&session.about().file);
+                let session = match is_here && file.is_absolute() {
+                    true => session.with_file(file, repaint),
+                    false => session,
+                };
                 Ok((session, None))
             },
         );
     }
 
     fn play(&mut self, ctx: &egui::Context, file: PathBuf) {
-        let (program, repaint) = (self.opening.player.clone(), ctx.clone());
+        let (mut program, repaint) = (self.opening.player.clone(), ctx.clone());
+        if let Some(from) = self.opening.from.take() {
+            let from = format!("--from={}s", from as f64 / 1e9);
+            program.extend([from, "--paused".to_owned()].map(OsString::from));
+        }
         self.start_opening(ctx, file.display().to_string(), None, move |cancelled| {
             let (player, remote) = Player::start(&program, &file, cancelled)?;
-            let session = WindowSession::open(remote, repaint).map_err(|error| error.to_string())?;
-            Ok((session, Some(player)))
+            let session = WindowSession::open(remote, repaint.clone()).map_err(|error| error.to_string())?;
+            Ok((session.with_file(file, repaint), Some(player)))
         });
     }
 

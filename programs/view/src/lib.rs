@@ -10,6 +10,7 @@ mod canvas;
 mod graphics_card;
 mod picture;
 mod player;
+mod recorded;
 mod screen;
 mod session;
 mod settings;
@@ -37,6 +38,8 @@ pub struct Opening {
     pub application: Option<String>,
     /// The recording to open. It takes precedence over `application`.
     pub recording: Option<PathBuf>,
+    /// The time from which the recording is shown, ns since the application's start. It is paused there.
+    pub from: Option<u64>,
     /// How to play a recording: the program and its arguments before `--name NAME FILE`. It runs as a
     /// separate process, which must end at the end of its standard input.
     pub player: Vec<OsString>,

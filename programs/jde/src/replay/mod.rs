@@ -102,7 +102,11 @@ pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Resul
         Arc::clone(&player),
         Arc::clone(&board),
         panels,
-        file.clone(),
+        // Whoever shows it may read the file too.
+        std::path::absolute(recording)
+            .unwrap_or_else(|_| recording.to_owned())
+            .display()
+            .to_string(),
     ));
     // Tools see the recording at its start position from the beginning.
     player.go_to_start(&mut publisher, &events)?;

@@ -15,6 +15,7 @@ mod subscriptions;
 mod watch_list;
 
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -24,7 +25,7 @@ use jde_link::{Error, Rate, Remote, Sample, Subscription};
 use jde_panel::Gesture;
 use jde_records::RecordKind;
 use jde_records::snapshot::{SchemaView, Snapshot};
-use jde_timeline::{Hierarchy, Keep, Timeline};
+use jde_timeline::{Ending, Hierarchy, Keep, Timeline};
 use jde_types::{Body, Value};
 use parking_lot::Mutex;
 
@@ -35,14 +36,15 @@ pub(crate) use panels::PanelContent;
 use panels::Panels;
 use subscriptions::Subscriptions;
 
+use crate::recorded::Recorded;
 use crate::stop::{StopRequest, StopTarget};
 use crate::window::WindowKind as Window;
 
 /// The schema that controls the playback of a recording.
 pub(crate) const STEERING: &str = "replay";
 
-/// Maximum number of earlier lines fetched of each kind.
-const MAX_EARLIER_LINES: usize = 2000;
+/// Maximum number of earlier lines fetched of each kind: all that an application keeps.
+const MAX_EARLIER_LINES: usize = 20_000;
 
 /// A connection to an application. Only the window's thread uses it, except [`WindowSession::open`].
 pub(crate) struct WindowSession {
@@ -60,6 +62,7 @@ pub(crate) struct WindowSession {
     openings: RefCell<Vec<Window>>,
     plots: RefCell<Vec<String>>,
     gone: bool,
+    recorded: Option<Recorded>,
     _watching: Vec<Subscription>,
 }
 
@@ -105,8 +108,29 @@ impl WindowSession {
             snapshot: Arc::new(snapshot),
             updated: Instant::now(),
             gone: false,
+            recorded: None,
             remote,
             _watching: watching,
+        })
+    }
+
+    /// Reads the file of the recording that plays, too.
+    pub(crate) fn with_file(self, file: PathBuf, repaint: egui::Context) -> Self {
+        let recorded = Some(Recorded::open(file, repaint));
+        Self { recorded, ..self }
+    }
+
+    /// The whole recording, if its file can be read on this machine.
+    pub(crate) fn recorded(&self) -> Option<&Recorded> {
+        self.recorded.as_ref()
+    }
+
+    /// Requests that the recording goes on from a time, s.
+    pub(crate) fn seek(&self, time_s: f64) -> OrderOutcome {
+        self.order(Action::Modulate {
+            schema: STEERING.to_owned(),
+            variable: "position".to_owned(),
+            value: time_s.into(),
         })
     }
 
@@ -124,8 +148,12 @@ impl WindowSession {
             self.timeline.add_missed(missed);
             self.timeline.add(&line);
         }
-        if let Some(snapshot) = snapshot {
+        if let Some(mut snapshot) = snapshot {
             self.timeline.add_snapshot(&snapshot);
+            if self.timeline.ending().is_some() {
+                // The clock of an application that stays to be looked at goes on.
+                snapshot.time = snapshot.time.min(self.timeline.now());
+            }
             self.snapshot = Arc::new(snapshot);
             self.updated = Instant::now();
         }
@@ -144,6 +172,17 @@ impl WindowSession {
         self.gone
     }
 
+    /// How the application ended; `None` while it runs. In a recording, as of its position.
+    pub(crate) fn ending(&self) -> Option<Ending> {
+        let known = self.timeline.ending().cloned();
+        known.or_else(|| self.gone.then_some(Ending::Lost))
+    }
+
+    /// Whether nothing changes any more: the application has ended or is gone.
+    pub(crate) fn is_over(&self) -> bool {
+        self.gone || !self.is_recording() && self.timeline.ending().is_some()
+    }
+
     /// Time since the newest snapshot. An application sends 20 snapshots a second. A longer silence means
     /// that it hangs, or that its network connection is cut.
     pub(crate) fn silent(&self) -> Duration {
@@ -158,7 +197,7 @@ impl WindowSession {
     /// Whether a modulation of a schema can be set. In a recording, only those of the schema [`STEERING`]
     /// can.
     pub(crate) fn can_set(&self, schema: &str) -> bool {
-        !self.gone && (!self.is_recording() || schema == STEERING)
+        !self.is_over() && (!self.is_recording() || schema == STEERING)
     }
 
     /// The application's schemas and groups, as declared.
@@ -208,7 +247,7 @@ impl WindowSession {
         self.snapshot.schemas.iter().find(|view| view.name == schema)
     }
 
-    /// What happened, as far as it is kept.
+    /// What happened, as far as it is kept; in a recording, until its position.
     pub(crate) fn timeline(&self) -> &Timeline {
         &self.timeline
     }

@@ -4,6 +4,7 @@
 use eframe::egui::Color32;
 use jde_core::State;
 use jde_panel::{Color, Ink};
+use jde_timeline::Severity;
 
 use super::Style;
 
@@ -34,6 +35,15 @@ pub(crate) fn color_of(color: Ink, style: &Style) -> Color32 {
         Ink::Seen => (Color32::from_rgb(90, 205, 215), Color32::from_rgb(0, 120, 135)),
     };
     if style.dark { dark } else { light }
+}
+
+/// The color of what is as good or bad as this.
+pub(crate) fn severity(severity: Severity) -> Ink {
+    match severity {
+        Severity::Good => Ink::Good,
+        Severity::Warning => Ink::Warn,
+        Severity::Bad => Ink::Bad,
+    }
 }
 
 /// A color of a panel.

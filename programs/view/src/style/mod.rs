@@ -6,7 +6,7 @@ mod units;
 
 use eframe::egui;
 
-pub(crate) use colors::{color_of, exact, state};
+pub(crate) use colors::{color_of, exact, severity, state};
 pub(crate) use units::{Angle, Length, Units};
 
 /// The style that all windows of a frame share.

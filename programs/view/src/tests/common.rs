@@ -87,6 +87,11 @@ impl Robot {
 
     /// Opens another link to the application with other settings, as a separate run.
     pub(crate) fn serve(&self, settings: &Settings) -> Link {
+        self.serve_with(settings, &Events::of_records())
+    }
+
+    /// As [`Self::serve`], with events of its own.
+    pub(crate) fn serve_with(&self, settings: &Settings, events: &Events) -> Link {
         let title = SubjectInfo {
             application: settings.name.clone(),
             file: "robot.toml".to_owned(),
@@ -94,7 +99,7 @@ impl Robot {
             speed: 1.0,
         };
         let subject = Arc::new(jde_link_host::Running::new(self.running.handle(), title));
-        Link::open(settings, subject, &Events::of_records()).expect("the link opens")
+        Link::open(settings, subject, events).expect("the link opens")
     }
 
     /// Direct access to the application, without the link.

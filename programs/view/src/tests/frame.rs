@@ -13,6 +13,7 @@ use jde_core::State;
 use jde_host::Handle;
 use jde_link::{Folders, Reach};
 use jde_loader::{Plugins, SearchPath};
+use jde_records::event::{Outcome, What};
 use jde_schema::prelude::*;
 
 use super::common::{Robot, until};
@@ -27,6 +28,7 @@ pub(super) fn opening(reach: Reach, application: Option<&str>) -> Opening {
         reach,
         application: application.map(str::to_owned),
         recording: None,
+        from: None,
         player: Vec::new(),
         recordings: Vec::new(),
     }
@@ -98,6 +100,27 @@ fn the_only_application_opens_at_once_and_again_from_the_start_page() {
 }
 
 #[test]
+fn a_visit_to_the_applications_loses_nothing() {
+    let robot = Robot::of("safe-navigation");
+    let mut window = open_robot(&robot, None);
+    until(&mut window, |window| has(window, "Pause"));
+    click(&mut window, "Pause");
+    click(&mut window, "Applications");
+    until(&mut window, |window| {
+        window
+            .query_by_role_and_label(Role::Link, "safe-navigation")
+            .is_some()
+    });
+    assert!(!has(&window, "Oscilloscope"));
+    window
+        .get_by_role_and_label(Role::Link, "safe-navigation")
+        .click();
+    until(&mut window, |window| has(window, "Oscilloscope"));
+    // The windows are those that were left, with all that they have received.
+    assert!(has(&window, "Run") && !has(&window, "Pause"));
+}
+
+#[test]
 fn a_lost_application_stays_visible_and_can_be_reopened_when_it_runs_again() {
     let robot = Robot::of("safe-navigation");
     let announcement_folder = tempfile::tempdir().expect("the folder is created");
@@ -110,15 +133,41 @@ fn a_lost_application_stays_visible_and_can_be_reopened_when_it_runs_again() {
     let mut window = open(opening(reach, Some("robot")), None);
     until(&mut window, |window| has(window, "Oscilloscope"));
     drop(first);
-    until(&mut window, |window| has(window, "gone"));
+    until(&mut window, |window| has(window, "lost"));
     assert!(has(&window, "Oscilloscope") && !has_text(&window, "runs again"));
     let second = robot.serve(&settings);
     until(&mut window, |window| has(window, "It runs again: open it"));
     click(&mut window, "It runs again: open it");
     until(&mut window, |window| {
-        has(window, "Oscilloscope") && !has(window, "gone")
+        has(window, "Oscilloscope") && !has(window, "lost")
     });
     drop(second);
+}
+
+#[test]
+fn an_application_that_has_ended_says_how_and_its_time_stands_still() {
+    let robot = Robot::of("safe-navigation");
+    let announcement_folder = tempfile::tempdir().expect("the folder is created");
+    let folder = Folders::at(announcement_folder.path().join("jde"));
+    let settings = jde_link::Settings {
+        folder: folder.clone(),
+        ..jde_link::Settings::local("robot")
+    };
+    let events = jde_link::Events::of_records();
+    let link = robot.serve_with(&settings, &events);
+    let mut window = open(opening(Reach::Local(folder), Some("robot")), None);
+    until(&mut window, |window| has(window, "Oscilloscope"));
+    // Its clock goes on, as where an application stays on a screen after its end.
+    until(&mut window, |_| robot.handle().now() > 1_000_000_000);
+    let outcome = Outcome::Done;
+    events.push(What::Ended { outcome }.at(1_000_000_000).into());
+    until(&mut window, |window| has(window, "done") && has(window, "1.0 s"));
+    until(&mut window, |_| robot.handle().now() > 2_000_000_000);
+    window.run_steps(2);
+    assert!(has(&window, "1.0 s"));
+    drop(link);
+    window.run_steps(2);
+    assert!(has(&window, "done") && !has(&window, "lost"));
 }
 
 #[test]

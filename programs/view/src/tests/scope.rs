@@ -93,7 +93,7 @@ fn r15_a_click_on_a_takeover_opens_its_record_with_the_candidates() {
     let at = position_of(&harness, "vff", 4.0);
     click(&mut harness, at);
     assert!(has(&harness, "Cause: the readiness of vff changed"));
-    assert!(has(&harness, "collision: two or more were ready"));
+    assert!(has(&harness, "conflict: two or more were ready"));
     assert!(has(&harness, "Took over in 1.24 ms of 85.0 ms allowed"));
     let names: Vec<_> = ["goon", "vff"]
         .map(|name| harness.query_all_by_label(name).count())

@@ -27,6 +27,7 @@ fn shown(robot: &Robot) -> Harness<'static, Shown> {
     Harness::builder().with_size(vec2(1000.0, 600.0)).build_ui_state(
         |ui, shown: &mut Shown| {
             shown.session.begin_frame();
+            shown.scope.follow(&shown.session);
             let style = Style::of(ui.ctx(), Units::default());
             shown.scope.show(ui, &shown.session, &style);
         },
@@ -96,13 +97,13 @@ fn a_typed_period_becomes_the_period_of_the_schema() {
 }
 
 #[test]
-fn a_trigger_fires_on_a_collision_and_the_record_shows_the_cause() {
+fn a_trigger_fires_on_a_conflict_and_the_record_shows_the_cause() {
     let robot = Robot::of("family");
     let mut harness = shown(&robot);
     until(&mut harness, |harness| has(harness, "hijo1, "));
     harness.get_by_label("Trigger").focus();
     harness.step();
-    harness.get_by_label("Trigger").type_text("collision:padre/base");
+    harness.get_by_label("Trigger").type_text("conflict:padre/base");
     harness.step();
     harness.key_press(Key::Enter);
     harness.run_steps(2);
@@ -114,7 +115,7 @@ fn a_trigger_fires_on_a_collision_and_the_record_shows_the_cause() {
     set.expect("the value is in range");
     until(&mut harness, |harness| has(harness, "triggered at "));
     until(&mut harness, |harness| {
-        has(harness, "collision: two or more were ready") && has(harness, "holds")
+        has(harness, "conflict: two or more were ready") && has(harness, "holds")
     });
 }
 

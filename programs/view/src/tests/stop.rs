@@ -154,7 +154,7 @@ fn r14_a_stop_of_an_application_that_does_not_answer_is_asked_until_it_is_acknow
     until(&mut window, |window| has_text(window, "live"));
     server.signal("-STOP");
     // Long enough for its connection to be lost.
-    until(&mut window, |window| has(window, "gone"));
+    until(&mut window, |window| has(window, "lost"));
     click(&mut window, STOP);
     window.key_press_modifiers(Modifiers::CTRL, Key::Space);
     until(&mut window, |window| waited(window) >= Some(2));

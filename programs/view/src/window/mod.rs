@@ -19,6 +19,11 @@ pub(crate) trait Window {
     /// Draws the window, and passes the user's requests to the session.
     fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession, style: &Style);
 
+    /// Takes what the session received, whether or not the window is shown. Called in each frame.
+    fn follow(&mut self, session: &WindowSession) {
+        let _ = session;
+    }
+
     /// The state to save for the next start, as JSON. Null saves nothing.
     fn keep(&self) -> serde_json::Value {
         serde_json::Value::Null

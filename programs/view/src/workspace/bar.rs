@@ -11,6 +11,7 @@ use super::{Navigation, Workspace};
 use crate::settings::WindowSettings;
 use crate::start::Discovery;
 use crate::stop::confirmed;
+use crate::style::{self, Style, Units};
 
 /// How long a notice is shown.
 const NOTICE_SHOWN: Duration = Duration::from_secs(8);
@@ -57,17 +58,16 @@ impl Workspace {
                 about.user, about.host, about.pid, about.file
             ));
         }
-        if self.session.is_gone() {
-            let text = egui::RichText::new("gone")
-                .color(ui.visuals().error_fg_color)
-                .strong();
-            ui.label(text).on_hover_text(
-                "It ended, was killed, or its network connection is cut. The windows show its last state.",
-            );
-            return;
-        }
         ui.label(format!("{:.1} s", self.session.now()))
             .on_hover_text("Time of the application since its start.");
+        if let Some(ending) = self.session.ending() {
+            let color = style::severity(ending.severity());
+            let style = Style::of(ui.ctx(), Units::default());
+            let word = egui::RichText::new(ending.word()).color(style::color_of(color, &style));
+            let shown = format!("{}. The windows show its last state.", ending.reason());
+            ui.label(word.strong()).on_hover_text(shown);
+            return;
+        }
         let silent = self.session.silent();
         if silent > SNAPSHOT_TIMEOUT {
             let text = format!("no news for {} s", silent.as_secs());

@@ -2,6 +2,7 @@
 //! each application and restored at the next start.
 
 mod bar;
+mod marks;
 mod menu;
 mod seek_bar;
 mod tiles;
@@ -9,6 +10,7 @@ mod tiles;
 pub(crate) use menu::appearance_menu;
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use eframe::egui;
 use egui_tiles::{Tile, TileId, Tiles, Tree};
@@ -34,7 +36,7 @@ pub(crate) struct Workspace {
     saved: Option<String>,
     saved_at: f64,
     /// The process that plays the recording for these windows. It ends with them.
-    _player: Option<Player>,
+    player: Option<Player>,
     slider: seek_bar::SeekBar,
     reach: Reach,
     /// Searches for a new run of an application that is gone.
@@ -82,7 +84,7 @@ impl Workspace {
             store,
             saved: None,
             saved_at: 0.0,
-            _player: player,
+            player,
             slider: seek_bar::SeekBar::default(),
             reach,
             discovery: None,
@@ -93,6 +95,19 @@ impl Workspace {
     /// The application that the windows show.
     pub(crate) fn session(&mut self) -> &mut WindowSession {
         &mut self.session
+    }
+
+    /// Takes in what arrived since the last frame. Call once at the beginning of each frame, also while another page is shown.
+    pub(crate) fn begin_frame(&mut self) {
+        self.session.begin_frame();
+        for window in self.windows.values_mut() {
+            window.follow(&self.session);
+        }
+    }
+
+    /// The recording that these windows play.
+    pub(crate) fn recording(&self) -> Option<&Path> {
+        self.player.as_ref().map(Player::file)
     }
 
     /// Draws all windows below the bar; `stopping` while a stop of everything is under way.

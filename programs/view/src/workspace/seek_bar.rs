@@ -9,6 +9,8 @@ use jde_link::message::Action;
 use jde_types::{Flag, Text};
 use serde_json::json;
 
+use super::marks;
+use crate::recorded::Recorded;
 use crate::session::{OrderOutcome, STEERING, WindowSession};
 use crate::tap::tap;
 
@@ -53,6 +55,14 @@ impl Seek {
 }
 
 impl SeekBar {
+    fn seek(&mut self, session: &WindowSession, place: f64) {
+        self.sought = Some(Seek {
+            place,
+            outcome: session.seek(place),
+            accepted: None,
+        });
+    }
+
     pub(super) fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession) {
         let number = |name: &str| {
             session
@@ -79,12 +89,30 @@ impl SeekBar {
             if pressed || space(ui) {
                 set(session, "paused", json!(!paused));
             }
+            let past = session.recorded().and_then(Recorded::past);
+            if ui
+                .add_enabled(past.is_some(), egui::Button::new("Previous takeover"))
+                .on_hover_text("Goes to the change of winner before, and pauses there.")
+                .clicked()
+                && let Some(past) = &past
+                && let Some(takeover) = past.takeover_before(position)
+            {
+                set(session, "paused", json!(true));
+                self.seek(session, takeover.time_s);
+            }
             let step = ui.button("Next takeover");
             if step
-                .on_hover_text("Continues to the next change of winner and pauses there.")
+                .on_hover_text("Goes to the next change of winner, and pauses there.")
                 .clicked()
             {
-                set(session, "step", json!(true));
+                match past.as_ref().map(|past| past.takeover_after(position)) {
+                    Some(Some(takeover)) => {
+                        set(session, "paused", json!(true));
+                        self.seek(session, takeover.time_s);
+                    }
+                    Some(None) => {}
+                    None => set(session, "step", json!(true)),
+                }
             }
             egui::ComboBox::from_id_salt("speed")
                 .selected_text(format!("{speed} x"))
@@ -129,9 +157,13 @@ impl SeekBar {
             ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
             let mut place = self.sought.as_ref().map_or(position, |sought| sought.place);
             let slider = egui::Slider::new(&mut place, begin..=end).show_value(false);
-            let slider = ui
-                .add(slider)
-                .on_hover_text("The current position in the recording.");
+            let slider = ui.add(slider);
+            let marked = past.as_ref().and_then(|past| {
+                marks::draw(ui, slider.rect, &past.moments, (begin, end));
+                marks::at(&slider, &past.moments, (begin, end))
+            });
+            let tip = "The current position in the recording. Marks: takeovers, contacts, faults, failures.";
+            let slider = slider.on_hover_text(marked.as_deref().unwrap_or(tip));
             slider.widget_info(|| egui::WidgetInfo::slider(true, place, "Position in the recording"));
             let tapped = tap(ui, &slider).filter(|_| !slider.changed());
             if let Some(at) = tapped {
@@ -139,11 +171,7 @@ impl SeekBar {
                 place = egui::remap_clamp(f64::from(at.x), f64::from(left)..=f64::from(right), begin..=end);
             }
             if slider.changed() || tapped.is_some() {
-                self.sought = Some(Seek {
-                    place,
-                    outcome: session.order(order("position", json!(place))),
-                    accepted: None,
-                });
+                self.seek(session, place);
             } else if !slider.dragged() {
                 let now = Instant::now();
                 self.sought.take_if(|sought| sought.is_over(position, speed, now));

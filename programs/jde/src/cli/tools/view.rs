@@ -4,10 +4,12 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
+use jde_core::Nanos;
 use jde_session::log::{Filter, Log};
 
 use super::client::{Context, Target};
 use crate::failure::Failure;
+use crate::quantity;
 use crate::windows;
 
 /// Open windows on a running application, on this machine or across a network, or on a recording.
@@ -21,11 +23,15 @@ use crate::windows;
   jde view
   jde view safe-navigation
   jde view drive.mcap
+  jde view drive.mcap --from 66.5s
   jde view --at tls/robot2:7447 --key me.toml")]
 pub(crate) struct View {
     /// The name of a running application, or a recording: a file that ends in .mcap, or a path with a /.
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::AnyPath)]
     source: Option<OsString>,
+    /// Show the recording at this time of the drive, and pause it there.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    from: Option<Nanos>,
     #[command(flatten)]
     target: Target,
 }
@@ -35,7 +41,13 @@ impl View {
         Log::start(filter.unwrap_or_default());
         let (recording, application) = self.resolve_source()?;
         let reach = context.reach(&self.target)?;
-        windows::open(reach, application, recording)
+        if let (None, Some(_)) = (&recording, self.from) {
+            return Err(Failure::usage(
+                "--from is for a recording",
+                "name its file: jde view drive.mcap --from 66.5s",
+            ));
+        }
+        windows::open(reach, application, recording, self.from)
     }
 
     /// Returns the recording or the application to open. Neither selects the only running application, or the

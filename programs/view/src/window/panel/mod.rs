@@ -94,12 +94,9 @@ impl Panel {
                     .schema(&self.schema)
                     .map_or("", |schema| schema.doc.as_str()),
             );
-            if session.is_gone() {
-                ui.label(colored(
-                    style,
-                    Ink::Bad,
-                    "the application is gone; this is its last panel",
-                ));
+            if let Some(ending) = session.ending().filter(|_| session.is_over()) {
+                let text = format!("{}; this is the last panel", ending.word());
+                ui.label(colored(style, style::severity(ending.severity()), &text));
             } else if unloaded {
                 ui.label(faint(style, "it draws nothing until it is loaded again"));
             } else if view.state == State::Slept {
@@ -114,7 +111,7 @@ impl Panel {
             }
             if let Some((_, received)) = &self.newest
                 && received.elapsed() > SHOWN_AGE
-                && !session.is_gone()
+                && !session.is_over()
             {
                 let age = received.elapsed().as_secs_f64();
                 ui.label(colored(style, Ink::Warn, &format!("drawn {age:.0} s ago")))
@@ -131,7 +128,7 @@ impl Panel {
                 &format!("The gesture was refused: {reason}"),
             ));
         }
-        !session.is_gone() && !unloaded && !session.is_recording()
+        !session.is_over() && !unloaded && !session.is_recording()
     }
 
     /// Draws the content. Returns the gestures on it.

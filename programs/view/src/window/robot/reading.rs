@@ -168,7 +168,7 @@ pub(super) fn sampled(
     let fresh = Freshness {
         name: name.clone(),
         age,
-        stale: session.is_gone() || silent > 0.0 || age > MIN_STALE_AGE.max(STALE_PERIODS * period),
+        stale: session.is_over() || silent > 0.0 || age > MIN_STALE_AGE.max(STALE_PERIODS * period),
         asleep,
     };
     VariableState::Present(sample, fresh)

@@ -6,6 +6,8 @@ use eframe::egui::Rangef;
 pub(super) const DIVISIONS: f64 = 10.0;
 /// Shortest window, in s: a few wake-ups of a thread.
 const SHORTEST_WINDOW: f64 = 200e-6;
+/// Share of the window for what follows the position of a recording.
+const AHEAD: f64 = 0.3;
 /// Longest window, in s.
 const LONGEST_WINDOW: f64 = 100_000.0;
 
@@ -17,12 +19,14 @@ pub(super) struct Axis {
     edge: Edge,
     /// Whether only the user moves the window.
     paused: bool,
+    /// The time until which something is known, s: more than the present in a recording.
+    end: f64,
 }
 
 /// The time of the right edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Edge {
-    /// The present.
+    /// The present, or a little more where that is known.
     Live,
     /// A fixed time, in s since the application's start.
     At(f64),
@@ -45,7 +49,13 @@ impl Axis {
             span: span.clamp(SHORTEST_WINDOW, LONGEST_WINDOW),
             edge: Edge::Live,
             paused: false,
+            end: 0.0,
         }
+    }
+
+    /// Sets the time until which something is known, s.
+    pub(super) fn set_end(&mut self, end: f64) {
+        self.end = end;
     }
 
     pub(super) fn span(&self) -> f64 {
@@ -56,7 +66,7 @@ impl Axis {
         self.paused
     }
 
-    /// Whether the right edge is the present.
+    /// Whether the window follows the present.
     pub(super) fn is_live(&self) -> bool {
         self.edge == Edge::Live
     }
@@ -96,8 +106,8 @@ impl Axis {
 
     /// Moves the window by a time in s, and pauses.
     pub(super) fn pan(&mut self, by: f64, now: f64) {
-        // The future is empty, so at least 5 % of the window shows the past.
-        let to = (self.right(now) + by).clamp(0.05 * self.span, now + 0.95 * self.span);
+        // What follows the end is empty, so at least 5 % of the window shows what is before it.
+        let to = (self.right(now) + by).clamp(0.05 * self.span, now.max(self.end) + 0.95 * self.span);
         (self.edge, self.paused) = (Edge::At(to), true);
     }
 
@@ -123,7 +133,8 @@ impl Axis {
 
     fn right(&self, now: f64) -> f64 {
         match self.edge {
-            Edge::Live => now,
+            // What follows the position of a recording is known, and worth a look.
+            Edge::Live => (now + AHEAD * self.span).min(now.max(self.end)),
             Edge::At(to) => to,
         }
     }

@@ -13,7 +13,7 @@ use crate::style::{self, Style, time};
 
 /// Example conditions, each with its meaning.
 const CONDITIONS: [(&str, &str); 7] = [
-    ("collision", "two or more members of a group are ready"),
+    ("conflict", "two or more members of a group are ready"),
     ("absence", "a member of a group is awake and none wins"),
     ("chatter>5", "more than five switches of a group within a second"),
     ("overrun", "a schema misses its deadline or exceeds its budget"),
@@ -100,7 +100,7 @@ impl Scope {
     fn trigger(&mut self, ui: &mut Ui, seen: &Input<'_>, variables: &[VariableInfo], style: &Style) {
         let label = ui.label("Trigger");
         let field = TextEdit::singleline(&mut self.trigger.saved.text)
-            .hint_text("collision, fault, a.b.c > 0.3 …")
+            .hint_text("conflict, fault, a.b.c > 0.3 …")
             .desired_width(150.0);
         let response = ui.add(field).labelled_by(label.id);
         let mut arm = response.lost_focus();

@@ -2,8 +2,8 @@
 //! time axis.
 
 use eframe::egui::{
-    CursorIcon, Rangef, Rect, Response, Role, ScrollArea, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2,
-    vec2,
+    Color32, CursorIcon, Rangef, Rect, Response, Role, ScrollArea, Sense, Stroke, Ui, UiBuilder, WidgetInfo,
+    pos2, vec2,
 };
 use jde_panel::Ink;
 use jde_timeline::{HierarchyRow, Item, OTHERS};
@@ -63,12 +63,13 @@ impl Scope {
         table.titles(ui, parts.head.with_max_x(parts.x.min - 6.0));
         self.rows(ui, seen, &list, &parts, &table, &traces, &scale, style, requests);
         self.signals
-            .show(ui, parts.signals, &scale, now, &self.cursors, style);
+            .show(ui, parts.signals, &scale, seen, &self.cursors, style);
+        gaps(ui.painter(), body, &scale, seen.gaps, style);
         let overlay = ui.painter().with_clip_rect(visible);
         trigger_line(&overlay, body, &scale, &self.trigger, style);
         self.cursors.draw(&overlay, times, body, &scale, style);
         let present = scale.x(now);
-        if scale.holds(now) && !self.axis.is_live() {
+        if scale.holds(now) && (!self.axis.is_live() || now < seen.end_s) {
             overlay.vline(
                 present,
                 body.y_range(),
@@ -247,7 +248,10 @@ impl Scope {
                         drawn.switches(&overlay, view, &middle, self.why.opened());
                     }
                 }
-                self.point(ui, pointer, &drawn, list, &parts.rows, top);
+                let clicked = self.point(ui, pointer, &drawn, list, &parts.rows, top);
+                if let Some(time) = clicked.filter(|_| seen.is_recording) {
+                    requests.push(Request::Seek(time));
+                }
             })
         });
         self.scrolled = output.inner.state.clamped_offset().y;
@@ -279,4 +283,28 @@ fn trigger_line(
     }
     let label_area = Rect::from_min_max(pos2(x + 4.0, body.top()), pos2(body.right(), body.top() + 14.0));
     paint::write(painter, label_area, &format!("T {text}"), paint::small(), color);
+}
+
+/// Marks where nothing was recorded.
+fn gaps(painter: &eframe::egui::Painter, body: Rect, scale: &Scale, gaps: &[(f64, f64)], style: &Style) {
+    for (from, until) in gaps
+        .iter()
+        .filter(|(from, until)| *until >= scale.from && *from <= scale.to)
+    {
+        let x = Rangef::new(scale.x(*from).max(scale.x.min), scale.x(*until).min(scale.x.max));
+        let gap = Rect::from_x_y_ranges(x, body.y_range());
+        let ground = if style.dark {
+            Color32::BLACK
+        } else {
+            Color32::WHITE
+        };
+        painter.rect_filled(gap, 0.0, ground);
+        paint::write(
+            painter,
+            gap.shrink(3.0),
+            "not recorded",
+            paint::small(),
+            style::color_of(Ink::Faint, style),
+        );
+    }
 }

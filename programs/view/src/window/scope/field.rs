@@ -122,7 +122,7 @@ fn collect_below(of: &Type, before: &str, found: &mut Vec<String>) {
 
 impl FieldPath {
     /// Reads the number from a value. `None` if a list is too short.
-    pub(super) fn read(&self, bytes: &[u8]) -> Option<f64> {
+    pub(crate) fn read(&self, bytes: &[u8]) -> Option<f64> {
         for &(length, element) in &self.lists {
             let length = Scalar::U32.number_of(bytes.get(length..)?)?;
             if length <= element as f64 {

@@ -38,6 +38,9 @@ impl Fixed {
             snapshot: &self.snapshot,
             schemas: &self.schemas,
             timeline: &self.timeline,
+            end_s: self.snapshot.time as f64 / 1e9,
+            gaps: &[],
+            is_recording: false,
             accepts_requests: true,
         }
     }

@@ -10,8 +10,14 @@ pub(super) struct Input<'a> {
     pub(super) snapshot: &'a Snapshot,
     /// The declarations of the schemas and groups.
     pub(super) schemas: &'a Schemas,
-    /// What happened until then.
+    /// What happened until then; in a recording whose file is read, from its beginning to its end.
     pub(super) timeline: &'a Timeline,
+    /// The time until which the timeline goes, s.
+    pub(super) end_s: f64,
+    /// From when until when nothing was recorded, s.
+    pub(super) gaps: &'a [(f64, f64)],
+    /// Whether it is a recording, which can go on from any time.
+    pub(super) is_recording: bool,
     /// Whether the application accepts requests.
     pub(super) accepts_requests: bool,
 }
@@ -23,6 +29,8 @@ pub(crate) enum Request {
     Act(Action),
     /// The panel of a schema.
     Panel(String),
+    /// A recording goes on from this time, s.
+    Seek(f64),
 }
 
 impl Input<'_> {

@@ -39,7 +39,7 @@ impl Scope {
                 && let Some(number) = self.why.turn(seen.timeline.log(), forward)
                 && let Some(decision) = seen.timeline.log().decisions().find(number)
             {
-                self.axis.reveal(decision.time_s, seen.now());
+                self.go_to(decision.time_s, seen, requests);
             }
         }
         for (key, step) in [

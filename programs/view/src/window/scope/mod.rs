@@ -32,6 +32,7 @@ mod trigger;
 mod why;
 
 use std::collections::BTreeSet;
+use std::time::Instant;
 
 use eframe::egui;
 use eframe::egui::{Panel, Rangef};
@@ -40,7 +41,8 @@ use jde_link::message::VariableInfo;
 use serde::{Deserialize, Serialize};
 
 use super::Window;
-use crate::session::WindowSession;
+use crate::recorded::Recorded;
+use crate::session::{STEERING, WindowSession};
 use crate::style::Style;
 use axis::Axis;
 use cursors::Cursors;
@@ -54,6 +56,9 @@ use why::SwitchDetails;
 
 /// Rate of the values for traces and conditions.
 const RATE: Rate = Rate::Hz(50);
+
+/// Greatest delay of a position of a recording, s.
+const MAX_DELAY_S: f64 = 0.25;
 
 /// The window.
 pub(crate) struct Scope {
@@ -73,6 +78,8 @@ pub(crate) struct Scope {
     scrolled: f32,
     /// Scroll to the row of the selected schema.
     reveal: bool,
+    /// The last position of a recording, and when it was read.
+    played: Option<(f64, Instant)>,
     /// Number of schemas that the filter hides.
     left_out: usize,
     /// Saved state that is restored with the first frame, once the variables are known.
@@ -124,6 +131,7 @@ impl Scope {
             share: saved.share.clamp(0.2, 0.8),
             scrolled: 0.0,
             reveal: false,
+            played: None,
             left_out: 0,
             waiting: Some(saved),
         }
@@ -138,6 +146,7 @@ impl Scope {
         style: &Style,
     ) -> Vec<Request> {
         let mut requests = Vec::new();
+        self.axis.set_end(seen.end_s);
         let scale = self.axis.scale(seen.now(), Rangef::new(0.0, 1.0));
         self.bar(ui, seen, variables, &scale, style);
         let height = ui.available_height();
@@ -151,10 +160,21 @@ impl Scope {
             }));
         let shown = reason_panel.show(ui, |ui| self.why.show(ui, seen, style)).inner;
         if let Some(time) = shown {
-            self.axis.reveal(time, seen.now());
+            self.go_to(time, seen, &mut requests);
         }
         egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, style, &mut requests));
         requests
+    }
+
+    /// Shows a time. A recording goes on from there.
+    fn go_to(&mut self, time: f64, seen: &Input<'_>, requests: &mut Vec<Request>) {
+        match seen.is_recording {
+            true => {
+                self.axis.follow();
+                requests.push(Request::Seek(time));
+            }
+            false => self.axis.reveal(time, seen.now()),
+        }
     }
 
     fn run_or_pause(&mut self, seen: &Input<'_>) {
@@ -166,9 +186,26 @@ impl Scope {
         }
     }
 
+    /// Whether the position of a recording has changed by more than what was played since the last call.
+    fn jumps(&mut self, session: &WindowSession) -> bool {
+        let (now, instant) = (session.now(), Instant::now());
+        let (before, then) = self.played.replace((now, instant)).unwrap_or((now, instant));
+        let speed = session.read::<f64>(&format!("{STEERING}.speed"), Rate::Hz(1));
+        let speed = speed.map_or(1.0, |(speed, _)| speed.max(1.0));
+        // The position arrives 20 times a second.
+        (now - before).abs() > speed * ((instant - then).as_secs_f64() + MAX_DELAY_S)
+    }
+
     /// Reads the new values of the traces and of the trigger.
     fn read_values(&mut self, session: &WindowSession) {
+        let jumped = session.is_recording() && self.jumps(session);
         for signal in &mut self.signals.list {
+            if let (Some(recorded), Ok(place)) = (session.recorded(), &signal.place) {
+                signal.whole = recorded.curve(&signal.name, &signal.variable, place);
+            }
+            if jumped {
+                signal.interrupt();
+            }
             for sample in session.values(&signal.variable, RATE, &signal.name) {
                 signal.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
             }
@@ -196,7 +233,8 @@ impl Scope {
 }
 
 impl Window for Scope {
-    fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession, style: &Style) {
+    /// A trace has no gap where it was behind another window.
+    fn follow(&mut self, session: &WindowSession) {
         if let Some(saved) = self.waiting.take() {
             for trace in &saved.traces {
                 if let Err(reason) = self.signals.add(trace, session.variables()) {
@@ -210,15 +248,25 @@ impl Window for Scope {
             self.signals.add_requested(&name, session.variables());
         }
         self.read_values(session);
+    }
+
+    fn show(&mut self, ui: &mut egui::Ui, session: &WindowSession, style: &Style) {
+        let past = session.recorded().and_then(Recorded::past);
         let seen = Input {
             snapshot: session.snapshot(),
             schemas: session.schemas(),
-            timeline: session.timeline(),
-            accepts_requests: !session.is_gone() && !session.is_recording(),
+            timeline: past.as_ref().map_or(session.timeline(), |past| &past.timeline),
+            end_s: past
+                .as_ref()
+                .map_or(session.now(), |past| past.end_s.max(session.now())),
+            gaps: past.as_ref().map_or(&[], |past| &past.gaps),
+            is_recording: session.is_recording(),
+            accepts_requests: !session.is_over() && !session.is_recording(),
         };
         for request in self.draw(ui, &seen, session.variables(), style) {
             match request {
                 Request::Act(action) => session.act(action),
+                Request::Seek(time) => drop(session.seek(time)),
                 Request::Panel(schema) => session.open_window(super::WindowKind::Panel(schema)),
             }
         }

@@ -53,7 +53,7 @@ impl Scope {
     }
 
     /// Handles clicks and hovering: a click opens the switch at the pointer and selects its row. Hovering
-    /// shows the state and events at that time.
+    /// shows the state and events at that time. Returns the time of a switch that was clicked.
     pub(super) fn point(
         &mut self,
         ui: &Ui,
@@ -62,17 +62,12 @@ impl Scope {
         list: &[HierarchyRow],
         rows: &Rect,
         top: f32,
-    ) {
-        let Some(at) = pointed
+    ) -> Option<f64> {
+        let at = pointed
             .hover_pos()
             .or(pointed.interact_pointer_pos())
-            .filter(|at| rows.contains(*at))
-        else {
-            return;
-        };
-        let Some(row) = list.get(((at.y - top) / ROW).floor().max(0.0) as usize) else {
-            return;
-        };
+            .filter(|at| rows.contains(*at))?;
+        let row = list.get(((at.y - top) / ROW).floor().max(0.0) as usize)?;
         let snapshot = drawn.seen.snapshot;
         let view = row.schema().map(|schema| &snapshot.schemas[schema]);
         let group = row.group().or_else(|| view?.group);
@@ -97,5 +92,8 @@ impl Scope {
             }
             pointed.clone().on_hover_text_at_pointer(lines.join("\n"));
         }
+        let clicked = switch.filter(|_| pointed.clicked())?;
+        let decision = drawn.seen.timeline.log().decisions().find(clicked);
+        decision.map(|decision| decision.time_s)
     }
 }

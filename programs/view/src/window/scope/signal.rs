@@ -1,5 +1,7 @@
 //! A number over time: its values and its curve.
 
+use std::sync::Arc;
+
 use eframe::egui::{Align2, Color32, Painter, Pos2, Rect, Stroke, pos2};
 use jde_timeline::{Trace, range};
 
@@ -23,6 +25,10 @@ pub(super) struct Signal {
     /// Index of the color.
     pub(super) color: usize,
     values: Trace,
+    /// The last time of a value, s.
+    last_s: Option<f64>,
+    /// The values of a whole recording, once they have been read.
+    pub(super) whole: Option<Arc<Trace>>,
 }
 
 impl Signal {
@@ -38,6 +44,8 @@ impl Signal {
             place,
             color,
             values: Trace::new(MAX_VALUES),
+            last_s: None,
+            whole: None,
         }
     }
 
@@ -47,16 +55,32 @@ impl Signal {
         // Without a value, NaN makes a gap in the curve.
         let value = bytes.and_then(|bytes| place.read(bytes)).unwrap_or(f64::NAN);
         self.values.add(time, value);
+        self.last_s = Some(time);
+    }
+
+    /// Ends the curve: the next value belongs to another time.
+    pub(super) fn interrupt(&mut self) {
+        if let Some(last) = self.last_s.take() {
+            // The last value is not known to hold for any time.
+            self.values.add(last, f64::NAN);
+        }
+    }
+
+    fn trace(&self) -> &Trace {
+        self.whole.as_deref().unwrap_or(&self.values)
     }
 
     /// The value at a time: the last one written before it.
     pub(super) fn at(&self, time: f64) -> Option<f64> {
-        self.values.at(time)
+        self.trace().at(time)
     }
 
-    /// The newest value.
-    pub(super) fn last(&self) -> Option<f64> {
-        self.values.at(f64::INFINITY)
+    /// The newest value; in a whole recording, that of the present.
+    pub(super) fn present(&self, now: f64) -> Option<f64> {
+        match &self.whole {
+            Some(whole) => whole.at(now),
+            None => self.values.at(f64::INFINITY),
+        }
     }
 
     /// Formats a value in the user's units.
@@ -65,9 +89,9 @@ impl Signal {
         style.units.show(value, unit)
     }
 
-    /// Draws the curve. Each value lasts until the next.
-    pub(super) fn draw(&self, painter: &Painter, rect: Rect, scale: &Scale, now: f64, style: &Style) {
-        let shown = || self.values.between(scale.from, scale.to);
+    /// Draws the curve until a time. Each value lasts until the next.
+    pub(super) fn draw(&self, painter: &Painter, rect: Rect, scale: &Scale, end: f64, style: &Style) {
+        let shown = || self.trace().between(scale.from, scale.to);
         let faint = Color32::from_gray(128);
         let Some((least, most)) = range(shown().map(|(_, value)| value)) else {
             let text = match &self.place {
@@ -93,7 +117,7 @@ impl Signal {
                 curve.end(painter, x, stroke);
             }
         }
-        curve.end(painter, scale.x(now).min(rect.right()), stroke);
+        curve.end(painter, scale.x(end).min(rect.right()), stroke);
         for (value, at, align) in [
             (most, rect.left_top(), Align2::LEFT_TOP),
             (least, rect.left_bottom(), Align2::LEFT_BOTTOM),

@@ -14,6 +14,7 @@ use jde_panel::Ink;
 use super::axis::Scale;
 use super::cursors::Cursors;
 use super::field;
+use super::input::Input;
 use super::paint::{self, Icon};
 use super::signal::Signal;
 use crate::style::{self, Style};
@@ -150,7 +151,7 @@ impl Signals {
         ui: &mut Ui,
         rect: Rect,
         scale: &Scale,
-        now: f64,
+        seen: &Input<'_>,
         cursors: &Cursors,
         style: &Style,
     ) {
@@ -166,7 +167,7 @@ impl Signals {
                 for place in range {
                     let (row, _) =
                         ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::hover());
-                    if signal_row(ui, row, &self.list[place], scale, now, cursors, style) {
+                    if signal_row(ui, row, &self.list[place], scale, seen, cursors, style) {
                         removed = Some(place);
                     }
                 }
@@ -184,7 +185,7 @@ fn signal_row(
     row: Rect,
     signal: &Signal,
     scale: &Scale,
-    now: f64,
+    seen: &Input<'_>,
     cursors: &Cursors,
     style: &Style,
 ) -> bool {
@@ -205,7 +206,7 @@ fn signal_row(
         Rect::from_min_max(pos2(name_area.left(), top), pos2(name_area.right(), top + 16.0))
     };
     let now_text = signal
-        .last()
+        .present(seen.now())
         .map_or_else(|| "–".to_owned(), |value| signal.show(value, style));
     let name = ui.interact(
         rows(0.0),
@@ -248,7 +249,7 @@ fn signal_row(
         &painter.with_clip_rect(plot.intersect(ui.clip_rect())),
         plot,
         scale,
-        now,
+        seen.end_s,
         style,
     );
     let label = format!("Remove trace {}", signal.name);

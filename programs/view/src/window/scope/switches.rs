@@ -46,7 +46,7 @@ impl Traces<'_> {
                 from = x + 2.0;
             }
         });
-        let end = self.scale.x(self.seen.now()).min(row.right());
+        let end = self.scale.x(self.seen.end_s).min(row.right());
         segment(from, end, winner);
     }
 

@@ -50,7 +50,7 @@ impl<'a> Traces<'a> {
                 &known.states,
                 &self.scale,
                 columns,
-                self.seen.now(),
+                self.seen.end_s,
                 &mut self.runs,
             );
             bands::draw(&mut self.mesh, &self.runs, row, self.pixel, self.style);
@@ -76,10 +76,10 @@ impl<'a> Traces<'a> {
         let Some(known) = self.seen.timeline.schema(&view.name) else {
             return lines;
         };
-        if time <= self.seen.now()
+        if time <= self.seen.end_s
             && let Some((state, next)) = known.states.at_s(time)
         {
-            let until = next.map_or(self.seen.now(), |next| next.from_s());
+            let until = next.map_or(self.seen.end_s, |next| next.from_s());
             lines.push(format!(
                 "{} for {}, from {:.3} s",
                 state.value.name(),

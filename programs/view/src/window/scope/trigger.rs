@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn earlier_events_do_not_fire_a_trigger_that_is_armed_later() {
-        let (mut trigger, fixed, mut axis) = armed("collision", Mode::Auto);
+        let (mut trigger, fixed, mut axis) = armed("conflict", Mode::Auto);
         trigger.step(&fixed.timeline, &[], 10_000_000_000, &mut axis);
         assert_eq!(trigger.phase(), &TriggerPhase::Armed);
         assert!(axis.is_live());
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_firing_is_shown_at_its_share_of_the_window_and_the_trigger_rearms_when_the_window_is_full() {
-        let (mut trigger, mut fixed, mut axis) = armed("collision:example/base", Mode::Normal);
+        let (mut trigger, mut fixed, mut axis) = armed("conflict:example/base", Mode::Normal);
         collide(&mut fixed, 10, 11.0);
         trigger.step(&fixed.timeline, &[], 11_050_000_000, &mut axis);
         assert_eq!(trigger.phase(), &TriggerPhase::Fired { at: 11.0 });
@@ -287,14 +287,14 @@ mod tests {
 
     #[test]
     fn mode_auto_returns_to_the_present_and_mode_single_pauses() {
-        let (mut auto, mut fixed, mut axis) = armed("collision", Mode::Auto);
+        let (mut auto, mut fixed, mut axis) = armed("conflict", Mode::Auto);
         collide(&mut fixed, 10, 11.0);
         for time in [11, 20, 32] {
             auto.step(&fixed.timeline, &[], time * 1_000_000_000, &mut axis);
         }
         assert!(axis.is_live());
 
-        let (mut single, mut fixed, mut axis) = armed("collision", Mode::Single);
+        let (mut single, mut fixed, mut axis) = armed("conflict", Mode::Single);
         collide(&mut fixed, 10, 11.0);
         for time in [11, 20, 32] {
             single.step(&fixed.timeline, &[], time * 1_000_000_000, &mut axis);
@@ -305,11 +305,11 @@ mod tests {
 
     #[test]
     fn an_invalid_condition_is_refused_with_the_nearest_name() {
-        let (trigger, ..) = armed("collison", Mode::Auto);
+        let (trigger, ..) = armed("conflit", Mode::Auto);
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
-        assert!(trouble.contains("did you mean `collision`?"), "{trouble}");
+        assert!(trouble.contains("did you mean `conflict`?"), "{trouble}");
         assert_eq!(trigger.phase(), &TriggerPhase::Off);
-        let (trigger, ..) = armed("collision:example/bose", Mode::Auto);
+        let (trigger, ..) = armed("conflict:example/bose", Mode::Auto);
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
         assert!(trouble.contains("`example/base`"), "{trouble}");
     }

@@ -5,7 +5,7 @@ use jde_core::Case;
 use jde_panel::Ink;
 use jde_records::Decision;
 use jde_records::snapshot::GroupView;
-use jde_timeline::RecordLog;
+use jde_timeline::{RecordLog, Timeline};
 
 use super::input::Input;
 use super::paint;
@@ -96,7 +96,7 @@ impl SwitchDetails {
         let left = rect.with_max_x(rect.left() + (rect.width() * 0.42).clamp(180.0, 420.0));
         let right = rect.with_min_x(left.right() + 10.0);
         ui.scope_builder(eframe::egui::UiBuilder::new().max_rect(left), |ui| {
-            if let Some(time) = self.list(ui, log, style) {
+            if let Some(time) = self.list(ui, seen, style) {
                 reveal = Some(time);
             }
         });
@@ -105,7 +105,7 @@ impl SwitchDetails {
                 .id_salt("record")
                 .auto_shrink(false)
                 .show(ui, |ui| {
-                    let number = self.opened.or(log.switches().back().copied());
+                    let number = self.shown(seen);
                     match number.map(|number| (number, log.decisions().find(number))) {
                         None => {
                             ui.weak(
@@ -122,7 +122,26 @@ impl SwitchDetails {
         reveal
     }
 
-    fn list(&mut self, ui: &mut Ui, log: &RecordLog, style: &Style) -> Option<f64> {
+    /// The number of the selection that is described: the opened one, or the last switch until the present.
+    fn shown(&self, seen: &Input<'_>) -> Option<u64> {
+        let log = seen.timeline.log();
+        let newest = || {
+            // A record may be newer than the newest snapshot.
+            if !seen.is_recording {
+                return log.switches().back().copied();
+            }
+            let is_past = |number: &u64| {
+                let decision = log.decisions().find(*number);
+                decision.is_some_and(|decision| decision.time_s <= seen.now())
+            };
+            let past = log.switches().partition_point(is_past);
+            log.switches().get(past.checked_sub(1)?).copied()
+        };
+        self.opened.or_else(newest)
+    }
+
+    fn list(&mut self, ui: &mut Ui, seen: &Input<'_>, style: &Style) -> Option<f64> {
+        let (timeline, log) = (seen.timeline, seen.timeline.log());
         let (count, switches) = if self.all {
             (log.decisions().len(), None)
         } else {
@@ -136,7 +155,7 @@ impl SwitchDetails {
                 None => log.decisions().get(place),
             }
         };
-        let shown = self.opened.or(log.switches().back().copied());
+        let shown = self.shown(seen);
         let mut reveal = None;
         let height = 18.0;
         ui.spacing_mut().item_spacing = Vec2::ZERO;
@@ -158,7 +177,8 @@ impl SwitchDetails {
                 let (rect, response) =
                     ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
                 let Some(decision) = get(row) else { continue };
-                line(ui, rect, decision, shown == Some(decision.number), style);
+                let is_opened = shown == Some(decision.number);
+                line(ui, rect, timeline, decision, is_opened, style);
                 response.widget_info(|| WidgetInfo::labeled(Role::Button, true, summary(decision)));
                 if response.clicked() {
                     self.opened = Some(decision.number);
@@ -180,7 +200,7 @@ fn summary(decision: &Decision) -> String {
     format!("{:.3} s  {}: {choice}", decision.time_s, decision.group)
 }
 
-fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, style: &Style) {
+fn line(ui: &Ui, rect: Rect, timeline: &Timeline, decision: &Decision, opened: bool, style: &Style) {
     if opened {
         let ground = ui.visuals().selection.bg_fill.gamma_multiply(0.35);
         ui.painter().rect_filled(rect, 2.0, ground);
@@ -197,17 +217,18 @@ fn line(ui: &Ui, rect: Rect, decision: &Decision, opened: bool, style: &Style) {
     paint::write(
         ui.painter(),
         case,
-        decision.case.name(),
+        timeline.case_word(decision),
         paint::small(),
-        case_color(decision.case, style),
+        case_color(timeline, decision, style),
     );
 }
 
-fn case_color(case: Case, style: &Style) -> eframe::egui::Color32 {
-    let color = match case {
-        Case::Alone => Ink::Faint,
-        Case::Collision => Ink::Warn,
-        Case::Absence => Ink::Bad,
+/// Several that are ready are as usual as one. Nobody to drive is worth a look, unless the robot has arrived.
+fn case_color(timeline: &Timeline, decision: &Decision, style: &Style) -> eframe::egui::Color32 {
+    let color = match decision.case {
+        Case::Alone | Case::Collision => Ink::Faint,
+        Case::Absence if timeline.is_arrival(decision) => Ink::Good,
+        Case::Absence => Ink::Warn,
         Case::Forced => Ink::Goal,
     };
     style::color_of(color, style)
@@ -218,8 +239,8 @@ fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     ui.spacing_mut().item_spacing.y = 3.0;
     ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(summary(decision)).strong());
-        let case = format!("{}: {}", decision.case.name(), decision.case_text());
-        ui.label(RichText::new(case).color(case_color(decision.case, style)));
+        let case = format!("{}: {}", seen.timeline.case_word(decision), decision.case_text());
+        ui.label(RichText::new(case).color(case_color(seen.timeline, decision, style)));
     });
     let facts = |ui: &mut Ui| {
         ui.label(format!("Because: {}", decision.reason));

@@ -248,7 +248,7 @@ impl Window for Space {
     fn show(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         self.sampler.update(&mut self.seen, session, &self.kept.items);
         for (schema, gesture) in self.picture(ui, style) {
-            if !session.is_gone() && !session.is_recording() {
+            if !session.is_over() && !session.is_recording() {
                 // The schema draws the effect. A refusal is added to the notices.
                 session.touch(&schema, gesture);
             }

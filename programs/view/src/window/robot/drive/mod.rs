@@ -88,14 +88,14 @@ impl ManualDrive {
         };
         ui.horizontal(|ui| {
             let was_on = self.on;
-            ui.add_enabled_ui(!session.is_recording() && !session.is_gone(), |ui| {
+            ui.add_enabled_ui(!session.is_recording() && !session.is_over(), |ui| {
                 ui.toggle_value(&mut self.on, "Drive")
                     .on_hover_text(
                         "Drive by hand: while this is off, no mouse, key or gamepad moves the robot",
                     )
                     .on_disabled_hover_text("Only a running application can be driven");
             });
-            self.on &= !session.is_recording() && !session.is_gone();
+            self.on &= !session.is_recording() && !session.is_over();
             if self.on && !was_on {
                 self.since = Instant::now();
             }
