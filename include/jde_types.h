@@ -498,6 +498,81 @@ static const jde_type jde_twist_with_covariance_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_twist_with_covariance_fields), "geometry_msgs/msg/TwistWithCovariance", "A velocity with its covariance.",
     sizeof(jde_twist_with_covariance), 8u, jde_twist_with_covariance_fields};
 
+/**
+ * jde_msgs/msg/Chunk: Future commands of a base, made of what was seen at one instant: the time of the value. It is no command. A motor schema
+ * that imports it gives each of its commands when it comes due.
+ */
+typedef struct jde_chunk {
+    /** From one command to the next. The first is due at the time of the value; the last is meant for as long as the others. [s] */
+    double spacing;
+    /** How sure its maker is, from 0 (not at all) to 1. */
+    double certainty;
+    /** The weight of each chunk in a blend, as a share of the weight of the chunk before it. */
+    double blend;
+    /** How many chunks before it its commands are blended with; 0 if it replaces them. */
+    uint32_t blended;
+    uint8_t padding_28[4];
+    /** The commands, in the order in which they come due. */
+    struct { uint32_t length; uint32_t spare; jde_twist items[128]; } commands;
+} jde_chunk;
+
+typedef char jde_chunk_has_its_size[sizeof(jde_chunk) == 6184 ? 1 : -1];
+
+static const jde_field jde_chunk_fields[] = {
+    JDE_FIELD("spacing", offsetof(jde_chunk, spacing), 0u, JDE_F64, JDE_ONE, 1u,
+              "From one command to the next. The first is due at the time of the value; the last is meant for as long as the others.", "s", NULL),
+    JDE_FIELD("certainty", offsetof(jde_chunk, certainty), 0u, JDE_F64, JDE_ONE, 1u,
+              "How sure its maker is, from 0 (not at all) to 1.", "", NULL),
+    JDE_FIELD("blend", offsetof(jde_chunk, blend), 0u, JDE_F64, JDE_ONE, 1u,
+              "The weight of each chunk in a blend, as a share of the weight of the chunk before it.", "", NULL),
+    JDE_FIELD("blended", offsetof(jde_chunk, blended), 0u, JDE_U32, JDE_ONE, 1u,
+              "How many chunks before it its commands are blended with; 0 if it replaces them.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_chunk, padding_28), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("commands", offsetof(jde_chunk, commands.items), offsetof(jde_chunk, commands.length), JDE_STRUCT, JDE_SEQUENCE, 128u,
+              "The commands, in the order in which they come due.", "", &jde_twist_type),
+};
+static const jde_type jde_chunk_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_chunk_fields), "jde_msgs/msg/Chunk", "Future commands of a base, made of what was seen at one instant: the time of the value. It is no command. A motor schema\nthat imports it gives each of its commands when it comes due.",
+    sizeof(jde_chunk), 8u, jde_chunk_fields};
+
+/** jde_msgs/msg/ChunkStep: A command of a chunk that came due. */
+typedef struct jde_chunk_step {
+    /** The number of the chunk among those of its maker. */
+    uint64_t chunk;
+    /** How long before this step it was seen what the chunk is made of. [s] */
+    double age;
+    /** The place of the command in the chunk, from 1. */
+    uint32_t step;
+    /** How many commands the chunk has. */
+    uint32_t steps;
+    /** How many chunks before it have a share in the command. */
+    uint32_t blended;
+    uint8_t padding_28[4];
+    /** The command, as it was given: before limits and the judgement of guards. */
+    jde_twist command;
+} jde_chunk_step;
+
+typedef char jde_chunk_step_has_its_size[sizeof(jde_chunk_step) == 80 ? 1 : -1];
+
+static const jde_field jde_chunk_step_fields[] = {
+    JDE_FIELD("chunk", offsetof(jde_chunk_step, chunk), 0u, JDE_U64, JDE_ONE, 1u,
+              "The number of the chunk among those of its maker.", "", NULL),
+    JDE_FIELD("age", offsetof(jde_chunk_step, age), 0u, JDE_F64, JDE_ONE, 1u,
+              "How long before this step it was seen what the chunk is made of.", "s", NULL),
+    JDE_FIELD("step", offsetof(jde_chunk_step, step), 0u, JDE_U32, JDE_ONE, 1u,
+              "The place of the command in the chunk, from 1.", "", NULL),
+    JDE_FIELD("steps", offsetof(jde_chunk_step, steps), 0u, JDE_U32, JDE_ONE, 1u,
+              "How many commands the chunk has.", "", NULL),
+    JDE_FIELD("blended", offsetof(jde_chunk_step, blended), 0u, JDE_U32, JDE_ONE, 1u,
+              "How many chunks before it have a share in the command.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_chunk_step, padding_28), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("command", offsetof(jde_chunk_step, command), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The command, as it was given: before limits and the judgement of guards.", "", &jde_twist_type),
+};
+static const jde_type jde_chunk_step_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_chunk_step_fields), "jde_msgs/msg/ChunkStep", "A command of a chunk that came due.",
+    sizeof(jde_chunk_step), 8u, jde_chunk_step_fields};
+
 /** nav_msgs/msg/Odometry: Pose and velocity, as measured by the wheels. */
 typedef struct jde_odometry {
     /** Time, and the frame of the pose: "odom". */

@@ -10,6 +10,7 @@ extern crate self as jde_types;
 mod blobs;
 mod body;
 mod camera;
+mod chunk;
 mod cloud;
 mod geometry;
 mod joints;
@@ -39,6 +40,7 @@ mod zones;
 pub use blobs::{ColorBlob, ColorBlobs};
 pub use body::{Body, Footprint, Mount};
 pub use camera::{CameraInfo, RegionOfInterest};
+pub use chunk::{Chunk, ChunkStep};
 pub use cloud::{PointCloud2, PointField};
 pub use geometry::{
     Point, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance,
@@ -103,6 +105,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         TransformStamped::describe(),
         Twist::describe(),
         TwistWithCovariance::describe(),
+        Chunk::describe(),
+        ChunkStep::describe(),
         Odometry::describe(),
         MapMetaData::describe(),
         OccupancyGrid::describe(),

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::chunk::ChunkRule;
 use crate::scale::Scale;
 
 /// A number of a velocity that a policy commands.
@@ -36,6 +37,7 @@ pub(crate) struct PolicyFile {
     pub(crate) scores: Option<Pick>,
     pub(crate) memory: Vec<Memory>,
     pub(crate) doubt: Option<Doubt>,
+    pub(crate) chunk: Option<ChunkRule>,
 }
 
 /// A variable that the application binds.

@@ -4,6 +4,7 @@
 //! The crate reads files and values, and runs a network. It reads no port, commands nothing, and judges no command. The same
 //! values give the same decision to the bit.
 
+mod chunk;
 mod doubt;
 mod file;
 mod numbers;
@@ -16,6 +17,7 @@ mod runner;
 mod scale;
 mod sources;
 
+pub use chunk::ChunkRule;
 pub use file::{Axis, COMMAND_AXES};
 pub use numbers::{Numbers, collect};
 pub use observe::{Observer, Values};

@@ -6,6 +6,7 @@ use jde_abi::describe::Type;
 use jde_document::{FaultReport, Faults, Section, parse, quote, quote_all};
 use jde_onnx::{Network, Port};
 
+use crate::chunk::{self, ChunkRule};
 use crate::file::{Doubt, DoubtKind, Pick, PolicyFile};
 use crate::observe::Observer;
 use crate::runner::Runner;
@@ -78,6 +79,12 @@ impl Policy {
     pub fn sees_target(&self) -> bool {
         let is_target = |input: &file::Input| matches!(input.source, file::Source::Target { .. });
         self.file.inputs.iter().any(is_target)
+    }
+
+    /// Returns what is stated of the commands that its network gives at once; `None` if it gives one.
+    #[must_use]
+    pub fn chunk(&self) -> Option<ChunkRule> {
+        self.file.chunk
     }
 
     /// Returns how many numbers it commands.
@@ -200,7 +207,11 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
     let commands: Vec<Option<_>> = file
         .outputs
         .iter()
-        .map(|output| Some((output.clone(), picked(report, &output.pick, true)?)))
+        .map(|output| {
+            let of = picked(report, &output.pick, true)?;
+            let width = chunk::width(report, file.chunk, &output.pick, &outputs[of])?;
+            Some((output.clone(), of, width))
+        })
         .collect();
     let value = file
         .value
@@ -218,6 +229,7 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
         network,
         places,
         outputs: commands.into_iter().flatten().collect(),
+        commands: vec![[0.0; 3]; file.chunk.map_or(1, |chunk| chunk.steps)],
         memory,
         value: value.flatten(),
         scores: scores.flatten(),

@@ -6,6 +6,7 @@ use jde_document::section::{integer, number};
 use jde_document::{Checked, FaultReport, Node, Section, WrongValue, quote, quote_all};
 use toml::de::DeValue;
 
+use crate::chunk;
 use crate::file::{
     Axis, COMMAND_AXES, Colours, Doubt, DoubtKind, Input, Kind, Memory, Output, Pick, PolicyFile, Role,
     Source,
@@ -30,7 +31,7 @@ const COMMON_KEYS: [&str; 8] = ["limit", "range", "mean", "std", "clip", "stack"
 /// Reads the tables of a file. Returns none after a fault.
 pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<PolicyFile> {
     let known = [
-        "network", "period", "doc", "input", "output", "memory", "value", "scores", "doubt",
+        "network", "period", "doc", "input", "output", "memory", "value", "scores", "doubt", "chunk",
     ];
     root.refuse_unknown(report, &known);
     let network = root.required(report, "network", |node| match node.get_ref().as_str() {
@@ -66,6 +67,10 @@ pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<Polic
         None => Some(None),
         Some(_) => doubt(report, root).map(Some),
     };
+    let chunk = match root.get("chunk") {
+        None => Some(None),
+        Some(_) => chunk::read(report, root).map(Some),
+    };
     if let Some([]) = inputs.as_deref() {
         report
             .fault(&root.span, "the file has no [[input]]")
@@ -83,8 +88,10 @@ pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<Polic
         scores: scores?,
         memory: memory?,
         doubt: doubt?,
+        chunk: chunk?,
     };
     commands_once(report, &file.outputs);
+    chunk::check(report, root, &file);
     (report.count() == 0).then_some(file)
 }
 
@@ -421,7 +428,7 @@ fn axis(node: &Node<'_>) -> Checked<Axis> {
         .ok_or_else(|| WrongValue::unknown(node, &text, "a number of a velocity", names))
 }
 
-fn within(node: &Node<'_>, least: f64, most: f64, expected: &str) -> Checked<f64> {
+pub(crate) fn within(node: &Node<'_>, least: f64, most: f64, expected: &str) -> Checked<f64> {
     match number(node.get_ref()) {
         Some(number) if (least..=most).contains(&number) => Ok(number),
         Some(number) => Err(WrongValue::new(
@@ -432,7 +439,7 @@ fn within(node: &Node<'_>, least: f64, most: f64, expected: &str) -> Checked<f64
     }
 }
 
-fn whole(node: &Node<'_>, least: usize, most: usize) -> Checked<usize> {
+pub(crate) fn whole(node: &Node<'_>, least: usize, most: usize) -> Checked<usize> {
     let stated = integer(node.get_ref()).and_then(|number| usize::try_from(number).ok());
     match stated {
         Some(number) if (least..=most).contains(&number) => Ok(number),

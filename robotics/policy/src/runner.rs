@@ -7,7 +7,7 @@ use crate::file::{Doubt, Output};
 /// What a network decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// Speeds ahead and to the left, m/s, and the turn rate, rad/s, within their bounds.
+    /// Speeds ahead and to the left, m/s, and the turn rate, rad/s, within their bounds. Of a chunk, the first ones.
     pub command: [f64; 3],
     /// What the network expects of the future, if the file names it.
     pub value: Option<f64>,
@@ -17,13 +17,28 @@ pub struct Decision {
     pub certainty: f64,
 }
 
+impl Decision {
+    /// Returns whether the policy does not know after it, by whether it did not know before.
+    #[must_use]
+    pub fn leaves_unsure(&self, was_unsure: bool) -> bool {
+        match self.certainty {
+            0.0 => true,
+            1.0 => false,
+            _ => was_unsure,
+        }
+    }
+}
+
 /// A network with what it remembers.
 #[derive(Debug)]
 pub struct Runner {
     pub(crate) network: Network,
     /// For each input of the file, the network's input and the first number there.
     pub(crate) places: Vec<(usize, usize, usize)>,
-    pub(crate) outputs: Vec<(Output, usize)>,
+    /// For each number of a command, the network's output, and how many numbers of it are of one command.
+    pub(crate) outputs: Vec<(Output, usize, usize)>,
+    /// What was decided last, in the order in which it is due.
+    pub(crate) commands: Vec<[f64; 3]>,
     /// Inputs and outputs of the network that are its memory.
     pub(crate) memory: Vec<(usize, usize)>,
     pub(crate) value: Option<(usize, usize)>,
@@ -67,8 +82,8 @@ impl Runner {
         decision
     }
 
-    fn decide(&self) -> Result<Decision, String> {
-        let used = (self.outputs.iter().map(|(_, output)| *output))
+    fn decide(&mut self) -> Result<Decision, String> {
+        let used = (self.outputs.iter().map(|(_, output, _)| *output))
             .chain(self.memory.iter().map(|(_, output)| *output))
             .chain(self.value.map(|(output, _)| output))
             .chain(self.scores)
@@ -83,10 +98,12 @@ impl Runner {
                 return Err(format!("the network gave {number} in `{}`", self.names[output]));
             }
         }
-        let mut command = [0.0; 3];
-        for (output, of) in &self.outputs {
-            let number = self.network.output(*of)[output.pick.index];
-            command[output.axis.index()] = output.command(f64::from(number));
+        for (output, of, width) in &self.outputs {
+            let numbers = self.network.output(*of).chunks(*width);
+            for (command, numbers) in self.commands.iter_mut().zip(numbers) {
+                let number = f64::from(numbers[output.pick.index]);
+                command[output.axis.index()] = output.command(number);
+            }
         }
         let doubt = self
             .doubt
@@ -94,13 +111,19 @@ impl Runner {
             .map(|(doubt, output, width)| doubt.of(self.network.output(*output), *width));
         let certainty = self.doubt.as_ref().zip(doubt);
         Ok(Decision {
-            command,
+            command: self.commands[0],
             value: self
                 .value
                 .map(|(output, index)| f64::from(self.network.output(output)[index])),
             doubt,
             certainty: certainty.map_or(1.0, |((of, ..), doubt)| of.certainty(doubt)),
         })
+    }
+
+    /// Returns what the last step decided, in the order in which it is due: one command, or those of a chunk.
+    #[must_use]
+    pub fn commands(&self) -> &[[f64; 3]] {
+        &self.commands
     }
 
     /// Returns the SHA-256 of the network, in hexadecimal digits.

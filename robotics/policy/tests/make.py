@@ -85,6 +85,31 @@ def main():
         helper.make_node("Tanh", ["sum"], ["action"]),
     ]
     save("attack", nodes, rays, twist, weights)
+    # Chunks: four commands, each faster than the one before; and 16 that go straight ahead, whatever it sees.
+    faster = np.arange(4)[:, None] * np.array([0.1, 0.0])
+    ahead = np.tile([1.0, 0.0], (16, 1))
+    for name, factor, commands in (("faster", 1.0, faster), ("ahead", 0.0, ahead)):
+        nodes = [
+            helper.make_node("Mul", ["obs", "factor"], ["scaled"]),
+            helper.make_node("Unsqueeze", ["scaled", "middle"], ["row"]),
+            helper.make_node("Add", ["row", "commands"], ["action"]),
+        ]
+        weights = {"factor": np.float32(factor), "middle": np.array([1], dtype=np.int64)}
+        weights["commands"] = commands.astype(np.float32)
+        save(name, nodes, obs, {"action": ["batch", *commands.shape]}, weights)
+    # The same as ahead, after many multiplications.
+    nodes = [
+        helper.make_node("ReduceMax", ["obs"], ["most"], axes=[1], keepdims=1),
+        helper.make_node("ConstantOfShape", ["shape"], ["zeros"]),
+        helper.make_node("Add", ["zeros", "most"], ["wide"]),
+        helper.make_node("MatMul", ["wide", "wide"], ["product"]),
+        helper.make_node("ReduceMean", ["product"], ["mean"], axes=[0, 1], keepdims=1),
+        helper.make_node("Mul", ["mean", "none"], ["nothing"]),
+        helper.make_node("Add", ["nothing", "commands"], ["action"]),
+    ]
+    weights = {"shape": np.array([256, 256], dtype=np.int64), "none": np.float32(0.0)}
+    weights["commands"] = ahead[None].astype(np.float32)
+    save("slow", nodes, obs, {"action": ["batch", *ahead.shape]}, weights)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,8 @@ pub(crate) struct Mind {
     /// The entry of the application for each role.
     entries: Vec<usize>,
     last: Option<Duration>,
+    /// How many decisions followed each other without a gap, the last one included.
+    decisions: u32,
     /// What it decided last, or what it lacks.
     pub(crate) decided: Result<Decision, String>,
     given: Option<[f64; 3]>,
@@ -115,6 +117,7 @@ impl Mind {
             observer,
             entries,
             last: None,
+            decisions: 0,
             decided: Err("it has not decided yet".to_owned()),
             given: None,
             is_slow: false,
@@ -126,6 +129,7 @@ impl Mind {
         self.observer.reset();
         self.runner.reset();
         self.last = None;
+        self.decisions = 0;
         self.given = None;
         self.decided = Err("it has not decided yet".to_owned());
     }
@@ -161,12 +165,14 @@ impl Mind {
         let is_seen = observed.is_ok();
         let decided = observed.and_then(|()| self.runner.step(self.observer.numbers()));
         let has_failed = is_seen && decided.is_err();
+        self.decisions = self.decisions.saturating_add(1);
         if let Err(words) = &decided {
             if self.decided.is_ok() {
                 warn!(cx, "it does not decide: {words}");
             }
             self.observer.reset();
             self.runner.reset();
+            self.decisions = 0;
         }
         self.decided = decided;
         has_failed
@@ -175,6 +181,16 @@ impl Mind {
     /// Returns what the network saw last.
     pub(crate) fn seen(&self) -> &[f32] {
         self.observer.numbers()
+    }
+
+    /// Returns when it began its last step.
+    pub(crate) fn decided_at(&self) -> Option<Duration> {
+        self.last
+    }
+
+    /// Returns how many decisions came before the last one, without a gap.
+    pub(crate) fn decisions_before(&self) -> u32 {
+        self.decisions.saturating_sub(1)
     }
 
     /// Keeps what it commanded.
@@ -189,6 +205,13 @@ impl core::fmt::Display for Unfit {
             Self::File(words) | Self::Entry(_, words) => f.write_str(words),
         }
     }
+}
+
+/// A decision as a velocity of the base.
+pub(crate) fn twist([ahead, left, turn]: [f64; 3]) -> Twist {
+    let mut twist = Twist::planar(ahead, turn);
+    twist.linear.y = left;
+    twist
 }
 
 /// All that does not fit, as the reason of a fault.

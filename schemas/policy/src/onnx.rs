@@ -4,7 +4,7 @@ use jde_schema::Imports;
 use jde_schema::prelude::*;
 
 use crate::held::{Held, Stated};
-use crate::mind::{Mind, Plain};
+use crate::mind::{Mind, Plain, twist};
 
 /// Drives by a learned policy: the network of an ONNX file, described by a text file.
 ///
@@ -48,11 +48,7 @@ impl Schema for Onnx {
         };
         decision.doubt.inspect(|doubt| self.doubt.write(cx, *doubt));
         decision.value.inspect(|value| self.value.write(cx, *value));
-        self.is_unsure = match decision.certainty {
-            0.0 => true,
-            1.0 => false,
-            _ => self.is_unsure,
-        };
+        self.is_unsure = decision.leaves_unsure(self.is_unsure);
         Ok(Precondition::from(!self.is_unsure).urgency(decision.certainty))
     }
 
@@ -62,9 +58,7 @@ impl Schema for Onnx {
             self.base.command(cx, Twist::ZERO);
             return Ok(());
         };
-        let mut twist = Twist::planar(x, turn);
-        twist.linear.y = y;
-        if self.base.command(cx, twist).accepted() {
+        if self.base.command(cx, twist([x, y, turn])).accepted() {
             self.held.gave([x, y, turn]);
         }
         Ok(())
@@ -73,12 +67,16 @@ impl Schema for Onnx {
 
 /// Refuses a policy that only estimates.
 fn commands(mind: &Mind) -> Result<(), String> {
-    match mind.policy.commands() {
-        0 => Err(
+    match (mind.policy.commands(), mind.policy.chunk()) {
+        (_, Some(_)) => Err(
+            "the policy has a [chunk]: policy/chunks makes chunks, and policy/steps drives by them"
+                .to_owned(),
+        ),
+        (0, None) => Err(
             "the policy has no [[output]] that commands; policy/estimate is for one that only judges"
                 .to_owned(),
         ),
-        _ => Ok(()),
+        (1.., None) => Ok(()),
     }
 }
 

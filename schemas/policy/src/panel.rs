@@ -1,8 +1,10 @@
-//! The panel: what the policy decided, or why it does not.
+//! The panels: what the policy decided, or which command came due, or why none.
 
 use jde_schema::prelude::*;
+use jde_schema::types::ChunkStep;
 
 use crate::onnx::Onnx;
+use crate::steps::Steps;
 
 impl Panel for Onnx {
     fn draw(&self, _: &Context, pen: &mut Pen) {
@@ -26,5 +28,25 @@ impl Panel for Onnx {
             }
         }
         pen.text(format!("Network {}", &mind.runner.hash()[..12]));
+    }
+}
+
+impl Panel for Steps {
+    fn draw(&self, _: &Context, pen: &mut Pen) {
+        match self.decided() {
+            Err(words) => pen.text(format!("It commands nothing: {words}")),
+            Ok(step) => {
+                let ChunkStep {
+                    chunk,
+                    step,
+                    steps,
+                    age,
+                    ..
+                } = step;
+                pen.text(format!(
+                    "Step {step} of {steps} of chunk {chunk}, seen {age:.2} s before"
+                ));
+            }
+        }
     }
 }

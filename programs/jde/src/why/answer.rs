@@ -5,6 +5,7 @@ use jde_records::{CandidateRecord, Decision};
 
 use super::asleep::{Asleep, Past};
 use super::question::{NOBODY, Question};
+use super::steps::{self, DueStep};
 
 /// How far a time that a user read and rounded may be from the actual one, s.
 const ROUNDING_S: f64 = 0.1;
@@ -31,6 +32,8 @@ pub(crate) enum Answer<'d> {
         after: Option<&'d Decision>,
         /// How guards and the driver limited the commands of the chosen schema until then (R18).
         limits: Vec<&'d Occurrence<String>>,
+        /// The first and the last command of a chunk that came due in that time; those that led to it if it chose nobody.
+        steps: Vec<&'d DueStep>,
     },
     /// There was nobody to select.
     Asleep(Asleep<'d>),
@@ -73,6 +76,7 @@ impl Question {
             before: decisions[..index].iter().rev().find(of_group),
             after,
             limits: limits.iter().filter(is_limit).collect(),
+            steps: steps::of_decision(decision, until, past.steps),
         }
     }
 

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::answer::KnownSpan;
 use super::question::{NOBODY, Question};
+use super::steps::DueStep;
 
 /// How far the cause of a sleep may lie from it, ns. Both are of one transaction, but for an end: the schemas sleep before
 /// the application has ended.
@@ -37,6 +38,8 @@ pub(crate) struct Past<'d> {
     pub(crate) decisions: &'d [Decision],
     /// Events of operators, faults and ends.
     pub(crate) events: &'d [Occurrence<String>],
+    /// The commands of chunks that came due.
+    pub(crate) steps: &'d [DueStep],
     pub(crate) known: KnownSpan,
 }
 

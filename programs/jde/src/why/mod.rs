@@ -4,6 +4,7 @@
 mod answer;
 mod asleep;
 mod question;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -11,4 +12,5 @@ mod text;
 pub(crate) use answer::{Answer, KnownSpan};
 pub(crate) use asleep::{Asleep, Past, is_cause};
 pub(crate) use question::Question;
+pub(crate) use steps::DueStep;
 pub(crate) use text::write;

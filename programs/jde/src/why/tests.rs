@@ -7,7 +7,7 @@ use jde_records::event::{OperatorAction, Outcome, StateChange, What};
 use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
 use jde_timeline::{Hierarchy, Keep, Timeline};
 
-use super::{Answer, KnownSpan, Past, Question, write};
+use super::{Answer, DueStep, KnownSpan, Past, Question, write};
 
 fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>) -> Decision {
     let candidate = |name: &str| CandidateRecord {
@@ -73,6 +73,7 @@ fn past(decisions: &[Decision], known: KnownSpan) -> Past<'_> {
         timeline: &NOTHING,
         decisions,
         events: &[],
+        steps: &[],
         known,
     }
 }
@@ -241,6 +242,44 @@ fn an_answer_shows_how_the_commands_of_the_chosen_schema_were_limited() {
         text.contains("and once more\n") && !text.contains("too fast at 11"),
         "{text}"
     );
+}
+
+#[test]
+fn an_answer_shows_the_first_and_the_last_command_of_a_chunk_that_came_due() {
+    let due = |schema: &str, time_s: f64, step| DueStep {
+        schema: schema.to_owned(),
+        time_s,
+        chunk: 3,
+        step,
+        steps: 16,
+        age_s: 0.25,
+    };
+    let steps = [
+        due("vff", 11.0, 1),
+        due("vff", 12.5, 2),
+        due("goon", 12.6, 3),
+        due("vff", 13.0, 4),
+        due("vff", 13.9, 5),
+        due("vff", 30.9, 6),
+    ];
+    let decisions = drive();
+    let text = |words: &str| {
+        let mut output = Vec::new();
+        let known = Past {
+            steps: &steps,
+            ..past(&decisions, KNOWN)
+        };
+        write(&question(words).answer(known, &[]), None, &mut output).unwrap();
+        jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap())
+    };
+    let shown = text("vff goon 12.4s");
+    let expected = "  came due    at 12.500 s: step 2 of 16 of chunk 3, seen 0.250 s before
+              at 13.900 s: step 5 of 16 of chunk 3, seen 0.250 s before
+";
+    assert!(shown.contains(expected), "{shown}");
+    // Nobody was chosen at 31 s: the last one is what led to it.
+    let shown = text("nobody");
+    assert!(shown.contains("at 30.900 s: step 6 of 16"), "{shown}");
 }
 
 #[test]

@@ -24,6 +24,7 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
             before,
             after,
             limits,
+            steps,
         } => {
             write_decision(decision, marked, output)?;
             if let [first, others @ ..] = limits.as_slice() {
@@ -34,6 +35,10 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
                     1 => writeln!(output, "              and once more")?,
                     times => writeln!(output, "              and {times} more times")?,
                 }
+            }
+            for (place, step) in steps.iter().enumerate() {
+                let title = if place == 0 { "came due" } else { "" };
+                writeln!(output, "  {title:<10}  at {:.3} s: {}", step.time_s, step.text())?;
             }
             if let Some(before) = before {
                 write_neighbour("before", before, output)?;

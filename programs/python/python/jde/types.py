@@ -15,6 +15,8 @@ __all__ = [
     "Body",
     "Bumpers",
     "CameraInfo",
+    "Chunk",
+    "ChunkStep",
     "ColorBlob",
     "ColorBlobs",
     "CompressedImage",
@@ -250,6 +252,53 @@ class TwistWithCovariance:
 
     covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 36)
     """6 × 6, row by row, for x, y, z and the rotations about them."""
+
+
+@standard("jde_msgs/msg/Chunk")
+class Chunk:
+    """Future commands of a base, made of what was seen at one instant: the time of the value. It is no command. A
+    motor schema that imports it gives each of its commands when it comes due.
+    """
+
+    spacing: float = 0.0
+    """From one command to the next. The first is due at the time of the value; the last is meant for as long as the
+    others. [s]
+    """
+
+    certainty: float = 0.0
+    """How sure its maker is, from 0 (not at all) to 1."""
+
+    blend: float = 0.0
+    """The weight of each chunk in a blend, as a share of the weight of the chunk before it."""
+
+    blended: int = 0
+    """How many chunks before it its commands are blended with; 0 if it replaces them."""
+
+    commands: Sequence[Twist] = field(default_factory=list)
+    """The commands, in the order in which they come due."""
+
+
+@standard("jde_msgs/msg/ChunkStep")
+class ChunkStep:
+    """A command of a chunk that came due."""
+
+    chunk: int = 0
+    """The number of the chunk among those of its maker."""
+
+    age: float = 0.0
+    """How long before this step it was seen what the chunk is made of. [s]"""
+
+    step: int = 0
+    """The place of the command in the chunk, from 1."""
+
+    steps: int = 0
+    """How many commands the chunk has."""
+
+    blended: int = 0
+    """How many chunks before it have a share in the command."""
+
+    command: Twist = field(default_factory=Twist)
+    """The command, as it was given: before limits and the judgement of guards."""
 
 
 @standard("nav_msgs/msg/Odometry")

@@ -15,7 +15,9 @@ use jde_types::Value;
 use super::guard_wiring::{command_limits, guard_states, guarding, guards_of_command};
 use super::rules::{Command, Commands};
 use super::{Engine, Notifier, Signal};
-use crate::instance::{BoundPort, ExportFaults, GuardState, MAX_INLINE_BYTES, PortGuard, Ports};
+use crate::instance::{
+    AuthorityEnd, BoundPort, Chunks, ExportFaults, GuardState, MAX_INLINE_BYTES, PortGuard, Ports,
+};
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;
@@ -29,6 +31,7 @@ pub(crate) struct Variables {
     periods: Table<SchemaId, Arc<Variable>>,
     remotes: Vec<Arc<Variable>>,
     faults: Table<SchemaId, Arc<ExportFaults>>,
+    authority_ends: Table<SchemaId, Arc<AuthorityEnd>>,
     /// The exports whose values expire.
     expiring: Vec<Arc<Variable>>,
     /// The shortest validity of them, ns.
@@ -122,6 +125,11 @@ impl Variables {
         &self.faults[instance]
     }
 
+    /// When the authority of an instance ended last.
+    pub(crate) fn authority_end(&self, instance: SchemaId) -> &Arc<AuthorityEnd> {
+        &self.authority_ends[instance]
+    }
+
     /// The period of an instance, seconds.
     pub(crate) fn period(&self, instance: SchemaId) -> &Arc<Variable> {
         &self.periods[instance]
@@ -139,6 +147,7 @@ pub(super) fn wire(
         periods: Table::default(),
         remotes: Vec::new(),
         faults: application.instances.map_ids(|_| Arc::default()),
+        authority_ends: application.instances.map_ids(|_| Arc::default()),
         expiring: Vec::new(),
         shortest_validity: LASTING,
     };
@@ -369,6 +378,7 @@ fn ports_of(
         });
     }
     let mut ports = Ports::new(ports, Arc::clone(variables.faults(number)));
+    ports.chunks = Chunks::of(&instance.schema, variables.authority_end(number));
     let odometry = application.odometry_of(number).map(variable);
     for (place, port) in instance.schema.ports.iter().enumerate() {
         if matches!(port.role, Role::Export { .. }) {

@@ -224,9 +224,11 @@ impl Ports {
         }
     }
 
-    /// Whether showing an input early makes no difference: no guard judges it, and the call cannot change it.
+    /// Whether showing an input early makes no difference: no guard judges it, the call cannot change it, and who looks
+    /// first learns nothing by it.
     pub(super) fn can_show_early(&self, port: usize) -> bool {
         match self.ports.get(port) {
+            Some(BoundPort::Input(_)) if self.chunks.contains(port) => false,
             Some(BoundPort::Input(reader) | BoundPort::Fixed(reader)) => {
                 !self.ports.iter().any(|port| match port {
                     BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } => {

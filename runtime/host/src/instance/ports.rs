@@ -8,6 +8,7 @@ use jde_core::Nanos;
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::bound_port::{BoundPort, PortError, PortWrite, RecordedInput, ShownValue};
+use super::chunks::Chunks;
 use super::export_faults::{ExportFaults, Publication};
 use super::guard::{Guarding, Refusal};
 use super::guarded_ports::{is_import, refuse_without_state};
@@ -36,6 +37,8 @@ pub(crate) struct Ports {
     pub(super) faults: Arc<ExportFaults>,
     /// The exports that measure something.
     pub(crate) measurements: Measurements,
+    /// The imports of chunks.
+    pub(crate) chunks: Chunks,
     /// The command that a guard refused when it was last read, until it is reported.
     pub(super) refusal: Option<Refusal>,
     /// The command that was published last exceeded its limits.
@@ -65,6 +68,7 @@ impl Ports {
             separated_loans: Vec::new(),
             faults,
             measurements: Measurements::default(),
+            chunks: Chunks::default(),
             refusal: None,
             is_limited: false,
             guarding: None,
@@ -166,6 +170,7 @@ impl Ports {
             BoundPort::Input(reader) | BoundPort::Fixed(reader) => {
                 let time = if reader.needs_time() { now() } else { 0 };
                 let latched = reader.latch(time);
+                let latched = latched.filter(|latched| !self.chunks.is_void(port, latched.stamp.time));
                 if let Some(log) = &mut self.read_log {
                     log.record_read(port, latched.map(|latched| latched.stamp.sequence), now());
                 }
@@ -385,6 +390,7 @@ impl Ports {
     pub(crate) fn release(&mut self) {
         self.releases += 1;
         self.has_reads = false;
+        self.chunks.release();
         for port in &mut self.ports {
             match port {
                 BoundPort::Input(reader) => reader.release(),

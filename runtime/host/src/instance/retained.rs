@@ -43,6 +43,7 @@ impl Ports {
         });
         let mut successor = Self::new(ports.collect(), Arc::clone(&self.faults));
         successor.measurements = std::mem::take(&mut self.measurements);
+        successor.chunks = std::mem::take(&mut self.chunks);
         successor.guarding = self.guarding.take();
         let loaned = std::mem::take(&mut self.separated_loans);
         Ok((successor, RetainedValues { read_ports, loaned }))

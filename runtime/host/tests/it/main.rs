@@ -1,5 +1,6 @@
 //! Plugins that are accepted, or refused with a reason; and delivered applications.
 
+mod chunks;
 mod delivered;
 mod edits;
 mod exceptions;

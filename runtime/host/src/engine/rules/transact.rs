@@ -296,7 +296,10 @@ impl Rules {
             Effect::Retries(_) => {}
             Effect::Granted(id) if rules.shutdown_order.is_none() => rules.commands.grant(id),
             Effect::Granted(_) => {}
-            Effect::Withdrawn(id) => rules.commands.withdraw(id),
+            Effect::Withdrawn(id) => {
+                self.variables.authority_end(id).record(now);
+                rules.commands.withdraw(id);
+            }
             Effect::Promoted(id) => self
                 .signals
                 .post_within(&mut rules.notifications, id, Signal::Promoted),

@@ -6,13 +6,15 @@ use std::sync::mpsc::channel;
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
+use jde_files::LeftOut;
 use jde_link::Remote;
-use jde_log::{RecordedHierarchy, Recording, record};
+use jde_log::{RecordedHierarchy, RecordedVariables, Recording, record};
 use jde_records::event::{Occurrence, What};
 use jde_records::{Decision, RecordKind, RunRecord};
 use jde_session::cli::print_json;
 use jde_terminal as terminal;
 use jde_timeline::{Hierarchy, Keep, LogLimits, Timeline};
+use jde_types::{ChunkStep, Value as _};
 use serde::Serialize;
 
 use super::resolve::split_one_application;
@@ -20,7 +22,7 @@ use super::target::recording_instead;
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::{Failure, display_path};
-use crate::why::{self, Answer, Asleep, KnownSpan, Past, Question};
+use crate::why::{self, Answer, Asleep, DueStep, KnownSpan, Past, Question};
 
 /// Number of records of each kind requested from a running application: all that it keeps.
 const MAX_RECORDS: usize = 1_000_000;
@@ -71,6 +73,7 @@ enum SelectionOutput<'d> {
         before: Option<&'d Decision>,
         after: Option<&'d Decision>,
         limits: Vec<&'d Occurrence<String>>,
+        steps: Vec<&'d DueStep>,
     },
     Asleep {
         asleep: Asleep<'d>,
@@ -119,6 +122,8 @@ pub(crate) struct Selections {
     /// Why schemas sleep.
     causes: Vec<Occurrence<String>>,
     timeline: Timeline,
+    /// The commands of chunks that came due. Of a running application, the last of each schema.
+    steps: Vec<DueStep>,
     known: KnownSpan,
     schemas: Vec<String>,
     groups: Vec<String>,
@@ -132,6 +137,7 @@ struct SortedRecords {
     limits: Vec<Occurrence<String>>,
     causes: Vec<Occurrence<String>>,
     timeline: Timeline,
+    steps: Vec<DueStep>,
 }
 
 impl SortedRecords {
@@ -141,6 +147,7 @@ impl SortedRecords {
             limits: Vec::new(),
             causes: Vec::new(),
             timeline: Timeline::new(hierarchy, KEEP),
+            steps: Vec::new(),
         }
     }
 
@@ -153,6 +160,11 @@ impl SortedRecords {
             RunRecord::Other(_) | RunRecord::State(_) => {}
         }
     }
+}
+
+/// Returns the schema that has a variable.
+fn owner(variable: &str) -> &str {
+    variable.rsplit_once('.').map_or(variable, |(owner, _)| owner)
 }
 
 /// Whether an event is of limited commands.
@@ -179,11 +191,22 @@ impl Selections {
         let hierarchy = RecordedHierarchy::of_recording(&recording);
         let hierarchy = hierarchy.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
         let mut sorted = SortedRecords::new(hierarchy);
+        let (variables, step_type) = (RecordedVariables::of(&recording), ChunkStep::describe());
+        let mut unread = LeftOut::default();
         for message in recording.messages()? {
             let message = message?;
             until = message.log_time.saturating_sub(start);
             if let Some(record) = record::read(&message) {
                 sorted.add(record);
+            } else if let Some(variable) = variables.get(&message.channel)
+                && variable.value_type.name == step_type.name
+                && let Ok(Some(step)) = variable.decode_as(&message.data, &mut unread)
+            {
+                let step = DueStep::new(owner(&variable.name), until as f64 / 1e9, &step);
+                // It is given again until the next one is due.
+                if sorted.steps.last().is_none_or(|last| !step.is_same(last)) {
+                    sorted.steps.push(step);
+                }
             }
         }
         let decisions = &sorted.decisions;
@@ -224,6 +247,16 @@ impl Selections {
         let mut sorted = SortedRecords::new(Hierarchy::of_snapshot(&snapshot));
         receiver.try_iter().for_each(|record| sorted.add(record));
         sorted.timeline.add_snapshot(&snapshot);
+        let step_type = ChunkStep::describe();
+        for variable in remote.variables(false)? {
+            if variable.type_name != step_type.name {
+                continue;
+            }
+            let sample = remote.get(&variable.name)?;
+            let step = sample.bytes.as_deref().and_then(ChunkStep::from_bytes);
+            let step = step.map(|step| DueStep::new(&variable.owner, sample.time as f64 / 1e9, &step));
+            sorted.steps.extend(step);
+        }
         let known = KnownSpan {
             from: match sorted.decisions.first() {
                 Some(first) if first.number > 1 => first.time_s,
@@ -240,6 +273,7 @@ impl Selections {
             limits,
             causes,
             timeline,
+            steps,
         }: SortedRecords,
         known: KnownSpan,
         [mut schemas, mut groups]: [Vec<String>; 2],
@@ -257,6 +291,7 @@ impl Selections {
             limits,
             causes,
             timeline,
+            steps,
             known,
             schemas,
             groups,
@@ -283,11 +318,13 @@ impl Selections {
                 before,
                 after,
                 limits,
+                steps,
             } => Ok(SelectionOutput::Selection {
                 decision,
                 before,
                 after,
                 limits,
+                steps,
             }),
             Answer::Asleep(asleep) => Ok(SelectionOutput::Asleep { asleep }),
             Answer::NoMatch(reason) => Err(Failure::NoMatch(reason)),
@@ -299,6 +336,7 @@ impl Selections {
             timeline: &self.timeline,
             decisions: &self.decisions,
             events: &self.causes,
+            steps: &self.steps,
             known: self.known,
         };
         match question.answer(past, &self.limits) {

@@ -7,6 +7,8 @@ use jde_types::{Header, Image, LaserScan, Odometry, Path, Pose2D, Seq, Text, Twi
 
 use super::*;
 
+mod chunks;
+
 fn data(name: &str) -> PathBuf {
     FilePath::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/data")
@@ -428,13 +430,14 @@ fn no_text_makes_the_reader_panic() {
         "sum.toml",
         "wide.toml",
         "picture.toml",
+        "faster.toml",
     ]
     .map(text);
     let words: Vec<&str> = texts.iter().flat_map(|text| text.split_whitespace()).collect();
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("policy.toml");
     for round in 0..600 {
-        let mut lines: Vec<String> = texts[round % 5].lines().map(str::to_owned).collect();
+        let mut lines: Vec<String> = texts[round % texts.len()].lines().map(str::to_owned).collect();
         for _ in 0..random.usize(1..4) {
             let at = random.usize(..lines.len());
             match random.u8(..4) {

@@ -8,7 +8,9 @@ use jde_schema::bench::{Bench, Entry};
 use jde_schema::prelude::*;
 
 use crate::estimate::Scores;
-use crate::{Estimate, Onnx};
+use crate::{Chunks, Estimate, Onnx};
+
+mod chunks;
 
 fn file(name: &str) -> String {
     let folder = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../../robotics/policy/tests/data");
@@ -284,6 +286,19 @@ fn what_does_not_fit_is_a_problem_before_the_start() {
         );
     }
     assert!(problems(&file("same.toml"), &entries()).is_empty());
+    let found = problems(&file("faster.toml"), &entries());
+    assert!(
+        found[0].contains("policy/chunks makes chunks, and policy/steps drives by them"),
+        "{found:?}"
+    );
+    let mut bench = Bench::<Chunks>::with_lists(&entries());
+    bench.set("file", Text::<1024>::new(&file("same.toml")));
+    let found = bench.inspect().expect("an inspection is no fault");
+    assert!(
+        found[0].words.contains("the policy has no [chunk]"),
+        "{}",
+        found[0].words
+    );
 }
 
 #[test]
