@@ -39,11 +39,10 @@ impl Sandbox {
         self.spawn(jde_with_plugins(&["run", application, "--plain"]), options)
     }
 
-    /// Starts an application, and waits until a schema of it acts.
+    /// Starts an application, and waits until a schema of it acts: it is the last of the list, in the order of their start.
     pub(crate) fn start_acting(&self, application: &str) -> Running {
         let running = self.start(application, &[]);
         self.until(&["apps"], |apps| {
-            // In the order of their start.
             let newest = apps.as_array().and_then(|apps| apps.last()).expect("it runs");
             newest["acting"].as_array().is_some_and(|names| !names.is_empty())
         });
@@ -161,8 +160,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // The process may have ended already.
-        let _ = self.process.kill();
+        let _ = self.process.kill(); // It may have ended already.
         let _ = self.process.wait();
     }
 }
