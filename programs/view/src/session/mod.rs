@@ -46,6 +46,9 @@ pub(crate) const STEERING: &str = "replay";
 /// Maximum number of earlier lines fetched of each kind: all that an application keeps.
 const MAX_EARLIER_LINES: usize = 20_000;
 
+/// How long after a switch a recording is shown, s. A position is before what happens at its time.
+pub(crate) const AFTER_SWITCH_S: f64 = 0.002;
+
 /// A connection to an application. Only the window's thread uses it, except [`WindowSession::open`].
 pub(crate) struct WindowSession {
     remote: Remote,
@@ -125,8 +128,17 @@ impl WindowSession {
         self.recorded.as_ref()
     }
 
-    /// Requests that the recording goes on from a time, s.
+    /// Requests that the recording goes on from just after a switch at a time, s, so that it is in force.
+    pub(crate) fn seek_switch(&self, time_s: f64) -> OrderOutcome {
+        self.seek(time_s + AFTER_SWITCH_S)
+    }
+
+    /// Requests that the recording goes on from a time, s, or from its end if that is before.
     pub(crate) fn seek(&self, time_s: f64) -> OrderOutcome {
+        let position = format!("{STEERING}.position");
+        let position = self.variables.iter().find(|variable| variable.name == position);
+        let end = position.and_then(|variable| variable.range.greatest);
+        let time_s = end.map_or(time_s, |end| time_s.min(end));
         self.order(Action::Modulate {
             schema: STEERING.to_owned(),
             variable: "position".to_owned(),

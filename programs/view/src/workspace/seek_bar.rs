@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::marks;
 use crate::recorded::Recorded;
-use crate::session::{OrderOutcome, STEERING, WindowSession};
+use crate::session::{AFTER_SWITCH_S, OrderOutcome, STEERING, WindowSession};
 use crate::tap::tap;
 
 const PLAYBACK_SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
@@ -95,10 +95,10 @@ impl SeekBar {
                 .on_hover_text("Goes to the change of winner before, and pauses there.")
                 .clicked()
                 && let Some(past) = &past
-                && let Some(takeover) = past.takeover_before(position)
+                && let Some(takeover) = past.takeover_before(position - 2.0 * AFTER_SWITCH_S)
             {
                 set(session, "paused", json!(true));
-                self.seek(session, takeover.time_s);
+                self.seek(session, takeover.time_s + AFTER_SWITCH_S);
             }
             let step = ui.button("Next takeover");
             if step
@@ -108,7 +108,7 @@ impl SeekBar {
                 match past.as_ref().map(|past| past.takeover_after(position)) {
                     Some(Some(takeover)) => {
                         set(session, "paused", json!(true));
-                        self.seek(session, takeover.time_s);
+                        self.seek(session, takeover.time_s + AFTER_SWITCH_S);
                     }
                     Some(None) => {}
                     None => set(session, "step", json!(true)),

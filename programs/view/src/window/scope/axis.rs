@@ -205,6 +205,19 @@ mod tests {
     }
 
     #[test]
+    fn a_recording_shows_what_follows_its_position_up_to_its_end() {
+        let mut axis = Axis::new(10.0);
+        axis.set_end(200.0);
+        let right = |axis: &Axis, now: f64| axis.scale(now, Rangef::new(0.0, 1.0)).to;
+        assert_eq!(
+            [50.0, 199.0, 200.0].map(|now| right(&axis, now)),
+            [53.0, 200.0, 200.0]
+        );
+        axis.pan(120.0, 50.0);
+        assert_eq!(right(&axis, 50.0), 173.0);
+    }
+
+    #[test]
     fn divisions_follow_the_sequence_one_two_five() {
         assert_eq!([0.7, 1.0, 1.1, 3.0, 0.03].map(nice), [1.0, 1.0, 2.0, 5.0, 0.05]);
         let mut division = 1.0;

@@ -29,7 +29,7 @@ pub(crate) enum Request {
     Act(Action),
     /// The panel of a schema.
     Panel(String),
-    /// A recording goes on from this time, s.
+    /// A recording goes on from a switch at this time, s.
     Seek(f64),
 }
 

@@ -266,7 +266,7 @@ impl Window for Scope {
         for request in self.draw(ui, &seen, session.variables(), style) {
             match request {
                 Request::Act(action) => session.act(action),
-                Request::Seek(time) => drop(session.seek(time)),
+                Request::Seek(time) => drop(session.seek_switch(time)),
                 Request::Panel(schema) => session.open_window(super::WindowKind::Panel(schema)),
             }
         }

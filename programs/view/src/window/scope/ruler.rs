@@ -18,7 +18,8 @@ pub(super) fn draw(painter: &Painter, head: Rect, body: Rect, scale: &Scale, div
     let mut step = (scale.from / division).ceil();
     let mut free = head.left();
     while step * division <= scale.to {
-        let time = step * division;
+        // Without a negative zero.
+        let time = step * division + 0.0;
         let x = scale.x(time);
         painter.vline(x, body.y_range(), Stroke::new(1.0, line));
         painter.vline(

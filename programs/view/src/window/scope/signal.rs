@@ -178,3 +178,30 @@ impl Curve {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_types::Value as _;
+
+    use super::super::field;
+    use super::*;
+
+    #[test]
+    fn after_a_jump_a_curve_has_a_gap_and_a_whole_one_has_none() {
+        let place = field::find(&f64::describe(), "");
+        let mut signal = Signal::new("a.b".to_owned(), "a.b".to_owned(), place, 0);
+        signal.take(1.0, Some(5.0.as_bytes()));
+        signal.take(2.0, Some(6.0.as_bytes()));
+        signal.interrupt();
+        signal.take(60.0, Some(7.0.as_bytes()));
+        let at = |signal: &Signal| [1.5, 30.0, 61.0].map(|time| signal.at(time));
+        assert_eq!(at(&signal), [Some(5.0), None, Some(7.0)]);
+        let mut whole = Trace::new(10);
+        [(1.0, 5.0), (20.0, 8.0), (60.0, 7.0)]
+            .into_iter()
+            .for_each(|(time, value)| whole.add(time, value));
+        signal.whole = Some(Arc::new(whole));
+        assert_eq!(at(&signal), [Some(5.0), Some(8.0), Some(7.0)]);
+        assert_eq!(signal.present(25.0), Some(8.0), "the value of the position");
+    }
+}
