@@ -9,10 +9,12 @@
 //! - [`state`], [`inspect`], [`guard`] and [`lists`] are the host's sides of saving a memory, of inspecting
 //!   modulations, of judging commands and of ports that an application lists.
 //! - [`mod@unit`] defines the known units.
+//! - [`finite`] finds NaNs and infinities in values.
 //!
 //! This crate loads nothing, starts nothing, and uses no library but serde, for the descriptions.
 
 pub mod describe;
+pub mod finite;
 pub mod guard;
 pub mod host;
 pub mod inspect;

@@ -159,6 +159,11 @@ impl Bench {
     }
 }
 
+/// Returns a failure as an error, whose cause is that of the schema.
 fn failed(failure: Failure) -> PyErr {
-    PyRuntimeError::new_err(failure.reason)
+    let error = PyRuntimeError::new_err(failure.reason);
+    if let Some(cause) = functions::take_last_error() {
+        Python::attach(|py| error.set_cause(py, Some(cause)));
+    }
+    error
 }

@@ -25,6 +25,8 @@ struct InPython;
 static CLASSES: Mutex<Vec<(usize, Py<PyType>)>> = Mutex::new(Vec::new());
 /// Whether instances run on a bench, where no memory outlives them.
 static ON_A_BENCH: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+/// On a bench: the error that failed the last call.
+static LAST_ERROR: Mutex<Option<PyErr>> = Mutex::new(None);
 
 /// An instance: what the host's pointer points to.
 struct Instance {
@@ -53,6 +55,17 @@ pub(crate) fn table(
 /// States that instances run on a bench from now on.
 pub(crate) fn run_on_a_bench() {
     ON_A_BENCH.store(true, std::sync::atomic::Ordering::Relaxed);
+}
+
+/// Returns the error that failed the last call on a bench.
+pub(crate) fn take_last_error() -> Option<PyErr> {
+    LAST_ERROR.lock().take()
+}
+
+fn keep_error(py: Python<'_>, error: &PyErr) {
+    if ON_A_BENCH.load(std::sync::atomic::Ordering::Relaxed) {
+        *LAST_ERROR.lock() = Some(error.clone_ref(py));
+    }
 }
 
 fn make(py: Python<'_>, schema: *const raw::Schema, host: Host, cx: *mut raw::Context) -> PyResult<Instance> {
@@ -100,6 +113,7 @@ unsafe fn call(
             }
             Err(error) => {
                 context.fail(&reason(py, error));
+                keep_error(py, error);
                 raw::FAILED
             }
         };
@@ -192,6 +206,7 @@ impl Functions for InPython {
                 Ok(instance) => Box::into_raw(Box::new(instance)).cast(),
                 Err(error) => {
                     let reason = reason(py, &error);
+                    keep_error(py, &error);
                     // SAFETY: the context of this call, and a text of that length.
                     unsafe { (host.fail)(cx, reason.as_ptr().cast(), reason.len() as u64) };
                     null_mut()

@@ -532,6 +532,39 @@ def test_a_number_that_is_not_finite_is_refused() -> None:
     Bench(Wrong).iterate()
 
 
+def test_an_import_may_have_numbers_that_are_not_finite_as_in_an_application() -> None:
+    class Reads(Schema, kind="perceptive", period="1s"):
+        laser: Import[t.LaserScan]
+        battery: Import[t.BatteryState]
+        seen: Export[float]
+
+        def iterate(self, cx: Context) -> None:
+            ranges = list(self.laser.ranges)
+            assert math.isinf(ranges[0]) and math.isnan(ranges[1])
+            self.seen.write(ranges[2] + self.battery.percentage)
+
+    bench = Bench(Reads)
+    ranges = [math.inf, math.nan, 1.0]
+    bench.give("laser", t.LaserScan(angle_min=-0.5, angle_max=0.5, angle_increment=0.5, range_max=8.0, ranges=ranges))
+    bench.give("battery", t.BatteryState(percentage=0.5))
+    bench.iterate()
+    assert bench.exported("seen") == 1.5
+
+
+def test_what_is_no_measurement_is_no_value_and_a_warning() -> None:
+    bench = Bench(Shy)
+    with pytest.warns(UserWarning, match="import `laser` has no value: its limits are 0 m and 0 m"):
+        bench.give("laser", t.LaserScan(ranges=[1.0]))
+    assert not bench.check().ready
+
+
+def test_a_command_or_modulation_that_is_not_finite_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="`velocity` is not finite, and a command is"):
+        Bench(Motor).give("velocity", t.Twist.planar(math.inf, 0.0))
+    with pytest.raises(ValueError, match="`distance` is not finite, and a modulation is"):
+        Bench(Shy).give("distance", math.nan)
+
+
 def test_the_layouts_are_those_of_c() -> None:
     layout = Door.__jde_layout__  # type: ignore[attr-defined]
     assert (layout.name, layout.size) == ("my_msgs/msg/Door", 264)

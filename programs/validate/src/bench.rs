@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::ThreadId;
 
 use jde_abi::describe::{Role, Schema};
+use jde_abi::finite::Finite;
 use jde_abi::host::{self, Host};
 use jde_abi::raw::{self, Context};
-use jde_board::finite::Finite;
 use jde_loader::AlignedBytes;
 use jde_loader::instance::PluginContext;
 

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Limits, Type};
+use jde_abi::finite::Finite;
 
 use crate::Error;
-use crate::finite::Finite;
 use crate::store::Cell;
 
 /// Nanoseconds since the application's start.

@@ -17,7 +17,6 @@ mod declaration;
 #[cfg(not(loom))]
 mod error;
 #[cfg(not(loom))]
-pub mod finite;
 #[cfg(not(loom))]
 mod notifier;
 #[cfg(not(loom))]

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use jde_abi::finite::Finite;
 use parking_lot::Mutex;
 
-use crate::finite::Finite;
 use crate::notifier::Notifier;
 use crate::rate::Rate;
 use crate::register::Register;

@@ -3,9 +3,9 @@
 use std::ffi::c_void;
 use std::os::fd::{AsFd, OwnedFd};
 
+use jde_abi::finite::Finite;
 use jde_abi::raw;
 use jde_board::Mapping;
-use jde_board::finite::Finite;
 
 use super::launch::{Acceptance, PortInfo};
 use super::messages::{Bytes, Input, Value};

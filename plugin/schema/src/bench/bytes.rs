@@ -1,11 +1,10 @@
-//! The bytes of a value with the largest alignment that a value may need, and a check that its numbers are
-//! finite.
+//! The bytes of a value with the largest alignment that a value may need.
 
 #![allow(unsafe_code)]
 
 use core::slice;
 
-use jde_abi::describe::{FieldKind, Scalar, Type};
+use jde_abi::describe::Type;
 use jde_types::Value;
 
 /// The bytes of one value, aligned to 16.
@@ -57,25 +56,4 @@ impl Bytes {
     pub(super) fn as_mut_ptr(&mut self) -> *mut u8 {
         self.words.as_mut_ptr().cast()
     }
-}
-
-/// Returns whether every float of a value is finite. Elements beyond the length of a sequence are not
-/// checked.
-pub(super) fn finite(ty: &Type, bytes: &[u8]) -> bool {
-    ty.fields.iter().all(|field| {
-        let size = field.kind.bytes();
-        (0..field.length(bytes)).all(|index| {
-            let element = &bytes[field.offset + index * size..][..size];
-            match &field.kind {
-                FieldKind::Struct(inner) => finite(inner, element),
-                FieldKind::Scalar(Scalar::F32) => {
-                    f32::from_ne_bytes(element.try_into().unwrap_or_default()).is_finite()
-                }
-                FieldKind::Scalar(Scalar::F64) => {
-                    f64::from_ne_bytes(element.try_into().unwrap_or_default()).is_finite()
-                }
-                FieldKind::Scalar(_) => true,
-            }
-        })
-    })
 }

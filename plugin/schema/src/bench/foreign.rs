@@ -27,7 +27,7 @@ impl Bench<Foreign> {
     /// Publishes a value of an input, by the number of its port.
     ///
     /// # Errors
-    /// Why a modulation refuses it.
+    /// Why every host refuses it.
     pub fn put_bytes(&mut self, port: usize, value: &[u8]) -> Result<(), String> {
         self.state.check_value(port, value)?;
         self.state.put(port, value);

@@ -2,6 +2,8 @@
 //! its own.
 //!
 //! It selects nothing: the test decides whether a motor schema is WINNER and what its children do.
+//!
+//! long because every way in which a host meets a schema has its function.
 
 #![allow(unsafe_code)]
 
@@ -259,17 +261,25 @@ impl<S> Bench<S> {
     #[track_caller]
     pub fn set<T: Modulated>(&mut self, name: &str, value: T) {
         let port = self.port::<T::Wire>(Kind::Modulation, name);
-        let value = wire(value);
-        if let Err(wrong) = self.state.check_value(port, value.as_bytes()) {
+        self.put_checked(name, port, wire(value).as_bytes());
+    }
+
+    #[track_caller]
+    fn put_checked(&mut self, name: &str, port: usize, value: &[u8]) {
+        if let Err(wrong) = self.state.check_value(port, value) {
             panic!("`{name}` {wrong}");
         }
-        self.state.put(port, value.as_bytes());
+        self.state.put(port, value);
     }
 
     /// Commands a driver. The command is in force until its validity ends.
+    ///
+    /// # Panics
+    /// If the value is not finite. Every host refuses such a value.
+    #[track_caller]
     pub fn command<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Command, name);
-        self.state.put(port, value.as_bytes());
+        self.put_checked(name, port, value.as_bytes());
     }
 
     /// Leaves an optional import, actuator or child unbound, as an application may.

@@ -2,12 +2,13 @@
 
 use core::time::Duration;
 
-use jde_abi::describe::{Role, Schema};
+use jde_abi::describe::{Role, Schema, Type};
+use jde_abi::finite::Finite;
 use jde_abi::raw;
 use jde_core::Policy;
 use jde_types::{Checks, Value};
 
-use super::bytes::{Bytes, finite};
+use super::bytes::Bytes;
 use super::names::unknown;
 use crate::child::State;
 use crate::context::Severity;
@@ -96,16 +97,20 @@ impl BenchState {
         about.children.iter().map(child).collect()
     }
 
-    /// Returns the reason why a modulation refuses a value, as an `Err`.
+    /// Returns the reason why every host refuses a value of an input, as an `Err`. A measurement may be anything.
     pub(super) fn check_value(&self, port: usize, bytes: &[u8]) -> Result<(), String> {
         let port = &self.ports[port].port;
-        if !finite(&port.value_type, bytes) {
-            return Err(String::from("is not finite, and a modulation is"));
-        }
-        let Role::Modulation { limits, .. } = &port.role else {
-            return Ok(());
+        let (what, limits) = match &port.role {
+            Role::Modulation { limits, .. } => ("a modulation", Some(limits)),
+            Role::Command { .. } => ("a command", None),
+            Role::Import | Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {
+                return Ok(());
+            }
         };
-        let checked = limits.check(&port.value_type, bytes);
+        if !is_finite(&port.value_type, bytes) {
+            return Err(format!("is not finite, and {what} is"));
+        }
+        let checked = limits.map_or(Ok(()), |limits| limits.check(&port.value_type, bytes));
         checked.map_err(|not_allowed| not_allowed.words(&port.unit))
     }
 
@@ -216,7 +221,7 @@ impl BenchState {
         if guarded && !authority {
             return Err(raw::REFUSED);
         }
-        if guarded && !finite(&port.port.value_type, port.loan.as_slice()) {
+        if guarded && !is_finite(&port.port.value_type, port.loan.as_slice()) {
             return Err(raw::NOT_FINITE);
         }
         let time = if time_ns == 0 {
@@ -262,4 +267,9 @@ impl BenchState {
             candidates,
         }
     }
+}
+
+/// Whether every float of a value is finite.
+fn is_finite(value_type: &Type, bytes: &[u8]) -> bool {
+    Finite::new(value_type).first_not_finite(bytes).is_none()
 }

@@ -243,6 +243,12 @@ fn a_schema_that_requires_real_time_fails_in_lockstep() {
 }
 
 #[test]
+#[should_panic(expected = "`velocity` is not finite, and a command is")]
+fn a_command_that_is_not_finite_is_refused_on_the_bench() {
+    Bench::<Base>::new().command("velocity", &Twist::planar(f64::INFINITY, 0.0));
+}
+
+#[test]
 #[should_panic(expected = "`speed` is not finite, and a modulation is")]
 fn a_modulation_that_is_not_finite_is_refused_on_the_bench() {
     Bench::<Pass>::new().set("speed", f64::NAN);

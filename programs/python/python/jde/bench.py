@@ -6,6 +6,7 @@ It selects nothing: the test decides whether a motor schema is WINNER and what i
 from __future__ import annotations
 
 import json
+import warnings
 from typing import Any, Generic, TypeVar
 
 from jde import _jde
@@ -68,9 +69,19 @@ class Bench(Generic[S]):
         return self._bench.inspect()
 
     def give(self, name: str, value: Any) -> None:
-        """Give an import, a modulation or a command a value, measured now."""
+        """Give an import, a modulation or a command a value, measured now.
+
+        What is no measurement is no value, as in an application. The log says why, and so does a warning of Python.
+        """
+        logged = len(self._bench.log())
         port = self._port(name, "import", "modulation", "command")
-        self._bench.put(port.number, port.layout.encode(port.to(value)))
+        encoded = port.layout.encode(port.to(value))
+        try:
+            self._bench.put(port.number, encoded)
+        except ValueError as error:
+            raise ValueError(f"`{name}` {error}") from None
+        for _, text in self._bench.log()[logged:]:
+            warnings.warn(text, stacklevel=2)
 
     def retract(self, name: str) -> None:
         """Retract the newest value of an import, as its writer would."""

@@ -1,7 +1,7 @@
 //! Which parts of a value are searched for NaNs and infinities.
 
 use jde_abi::describe::{FieldKind, Form, Scalar, Type};
-use jde_board::finite::Finite;
+use jde_abi::finite::Finite;
 use jde_board::value::{Value, encode};
 
 use crate::common::{field, float64, nested, scalar_field, sequence, structure, twist, vector};

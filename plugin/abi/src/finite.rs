@@ -1,6 +1,6 @@
 //! Finds NaNs and infinities in values. It checks the present elements of a sequence, not its capacity.
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use crate::describe::{Field, FieldKind, Form, Scalar, Type};
 
 /// The floats of a type, collected once.
 #[derive(Clone, Debug)]
