@@ -33,7 +33,8 @@ pub(super) struct PluginWatcher {
 
 /// A watched file.
 struct WatchedFile {
-    plugin: String,
+    /// Its plugin's place in the application.
+    plugin: usize,
     file: PathBuf,
     /// Its state when it was last handled.
     handled: Option<FileStamp>,
@@ -102,7 +103,7 @@ impl Drop for PluginWatcher {
 }
 
 impl WatchedFile {
-    fn new(plugin: String, file: PathBuf) -> Self {
+    fn new(plugin: usize, file: PathBuf) -> Self {
         Self {
             handled: FileStamp::of(&file),
             plugin,
@@ -163,7 +164,7 @@ impl FileStamp {
 
 /// Reloads a plugin, and logs refusals, delays and the notes of a takeover. Events report the rest.
 fn reload(reloader: &Reloader, watched: &mut WatchedFile, action: ReloadAction) {
-    match reloader.reload("watch", &watched.plugin, ReloadOptions::default()) {
+    match reloader.reload_plugin("watch", watched.plugin, ReloadOptions::default()) {
         Err(error) if error.may_be_unfinished() && action == ReloadAction::Try => return,
         Err(error) => tracing::warn!("{error}"),
         Ok(result) => {
@@ -199,7 +200,7 @@ mod tests {
 
     fn watched() -> WatchedFile {
         WatchedFile {
-            plugin: "vff".to_owned(),
+            plugin: 0,
             file: PathBuf::from("libvff.so"),
             handled: stamp(100),
             pending: None,

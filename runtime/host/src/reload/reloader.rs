@@ -79,35 +79,63 @@ impl Reloader {
         }
     }
 
-    /// Returns the files of the application's plugins, each with the plugin's name.
+    /// Returns the files of the application's plugins, each with the plugin's place in
+    /// [`Application::plugins`](jde_app::Application::plugins).
     #[must_use]
-    pub fn files(&self) -> Vec<(String, PathBuf)> {
-        let plugins = self.handle.application().plugins.iter();
-        let files = plugins.filter_map(|plugin| {
-            let file = self.plugins.loaded(plugin)?.path?;
-            Some((plugin.name.clone(), file))
-        });
+    pub fn files(&self) -> Vec<(usize, PathBuf)> {
+        let plugins = self.handle.application().plugins.iter().enumerate();
+        let files = plugins.filter_map(|(place, plugin)| Some((place, self.plugins.loaded(plugin)?.path?)));
         files.collect()
     }
 
     /// Lets the build that is now in a plugin's file take over, in the name of the operator `by`: for one
-    /// schema by its name, or for all schemas of a plugin by the plugin's name. Waits for their turns, at
-    /// most 3 s. In lockstep, call it on another thread than the one that runs the application.
+    /// schema by its name, or for all schemas of a plugin by the plugin's name. If a schema has the name of its plugin,
+    /// the plugin is meant. Waits for their turns, at most 3 s. In lockstep, call it on another thread than the one that
+    /// runs the application.
     ///
     /// # Errors
     /// [`ReloadError`]: no schema has changed then. A later failure concerns one schema, which continues with
     /// the previous build: see [`ReloadOutcome`].
     pub fn reload(&self, by: &str, name: &str, options: ReloadOptions) -> Result<ReloadReport, ReloadError> {
+        self.reload_all(by, &find_schemas(&self.handle, name)?, options)
+    }
+
+    /// Like [`Self::reload`], for all schemas of the plugin at that place.
+    ///
+    /// # Errors
+    /// As of [`Self::reload`].
+    ///
+    /// # Panics
+    /// If there is no such plugin.
+    pub fn reload_plugin(
+        &self,
+        by: &str,
+        plugin: usize,
+        options: ReloadOptions,
+    ) -> Result<ReloadReport, ReloadError> {
+        let instances = self.handle.application().instances.entries();
+        let of_plugin = instances.filter(|(_, instance)| instance.plugin == plugin);
+        let schemas: Vec<_> = of_plugin.map(|(id, _)| id).collect();
+        self.reload_all(by, &schemas, options)
+    }
+
+    /// Reloads schemas of one plugin, at least one.
+    fn reload_all(
+        &self,
+        by: &str,
+        schemas: &[SchemaId],
+        options: ReloadOptions,
+    ) -> Result<ReloadReport, ReloadError> {
         let _turn = self.reload_lock.lock();
-        let schemas = find_schemas(&self.handle, name)?;
         let application = self.handle.application();
         let first = &application.instances[schemas[0]];
-        let loaded = self.plugins.loaded(&application.plugins[first.plugin]);
+        let plugin = &application.plugins[first.plugin];
+        let loaded = self.plugins.loaded(plugin);
         let file = loaded
             .and_then(|loaded| loaded.path)
-            .ok_or_else(|| ReloadError::LinkedIn(name.to_owned()))?;
+            .ok_or_else(|| ReloadError::LinkedIn(plugin.name.clone()))?;
         let RefreshedPlugin { plugin, .. } = self.plugins.refresh(&file)?;
-        let schemas = self.replace(by, &schemas, &plugin, options)?;
+        let schemas = self.replace(by, schemas, &plugin, options)?;
         Ok(ReloadReport {
             age: file_age(&file),
             file,
@@ -166,13 +194,20 @@ impl Reloader {
     }
 }
 
-/// Returns the schemas that a name denotes: one schema, or all of a plugin.
+/// Returns the schemas that a name denotes: one schema, or all of a plugin. A schema that has the name of its plugin
+/// denotes all of it, since their code is in one file.
 fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<SchemaId>, ReloadError> {
     let schemas = handle.schemas_named(name);
-    if !schemas.is_empty() {
-        return Ok(schemas);
-    }
     let application = handle.application();
+    if let Some(first) = schemas.first() {
+        let plugin = application.instances[*first].plugin;
+        if application.plugins[plugin].name != name {
+            return Ok(schemas);
+        }
+        let of_plugin = application.instances.entries();
+        let of_plugin = of_plugin.filter(|(_, instance)| instance.plugin == plugin);
+        return Ok(of_plugin.map(|(id, _)| id).collect());
+    }
     let schemas = application
         .instances
         .iter()
