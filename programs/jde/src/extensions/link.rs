@@ -29,6 +29,8 @@ pub(crate) struct LinkOptions {
     pub(crate) enabled: Option<bool>,
     /// Whether to open windows on the run.
     pub(crate) view: bool,
+    /// Whether time may stand still: then also a run in lockstep lasts until somebody has looked at it.
+    pub(crate) stands_still: bool,
 }
 
 /// At least this many of the last bytes that the windows write to standard error are kept.
@@ -58,7 +60,8 @@ impl RunLink {
             speed,
         } = *context;
         let link = &application.link;
-        if !options.enabled.unwrap_or(!lockstep && !link.off) {
+        let is_usual = (!lockstep || options.stands_still) && !link.off;
+        if !options.enabled.unwrap_or(is_usual) {
             return Ok(None);
         }
         if options.view {

@@ -124,11 +124,20 @@ fn real_time_stands_still_on_threads_and_in_a_pool_and_nothing_is_late() {
 
 #[test]
 fn time_passes_again_when_a_tool_from_outside_says_so() {
+    pass_time_from_outside("--plain");
+}
+
+#[test]
+fn tools_reach_a_run_in_lockstep_that_stands_still() {
+    pass_time_from_outside("--lockstep");
+}
+
+fn pass_time_from_outside(mode: &str) {
     let sandbox = Sandbox::new();
     let mut run = Run::spawn(sandbox.command(jde_with_plugins(&[
         "run",
         &pair(),
-        "--plain",
+        mode,
         "--json",
         "--break",
         "time > 0.3",

@@ -13,7 +13,8 @@ pub(crate) struct Link {
     /// Let no tool connect, regardless of the application's file.
     #[arg(long, conflicts_with_all = ["name", "link"])]
     no_link: bool,
-    /// Let tools connect also in lockstep, which usually ends before a tool can connect.
+    /// Let tools connect also in lockstep, which usually ends before a tool can connect; with --break and
+    /// --debug-python they can anyway.
     #[arg(long)]
     link: bool,
     /// Open windows beside it: oscilloscope, sensors and motors, 3D, panels.
@@ -31,6 +32,7 @@ impl From<Link> for LinkOptions {
                 (false, false) => None,
             },
             name: link.name,
+            stands_still: false,
         }
     }
 }

@@ -110,7 +110,10 @@ impl Run {
         if let Some(record) = self.record.into_settings()? {
             extensions.push(Box::new(record));
         }
-        extensions.push(Box::new(LinkOptions::from(self.link)));
+        extensions.push(Box::new(LinkOptions {
+            stands_still: !self.breakpoints.is_empty() || !self.debug_python.is_empty(),
+            ..LinkOptions::from(self.link)
+        }));
         let is_node = ros.is_some();
         if let Some(ros) = ros {
             extensions.push(Box::new(RosOptions {
