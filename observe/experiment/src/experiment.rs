@@ -45,6 +45,10 @@ pub struct Experiment {
     pub end: Option<usize>,
     /// Whether the mission must be done.
     pub mission: Mission,
+    /// Whether a drive passes in which a schema faults.
+    pub ignores_faults: bool,
+    /// Whether a drive fails in which a turn takes longer than its budget by the machine's clock.
+    pub judges_budgets: bool,
     /// What must hold, in the order of [`Columns::properties`], which names the mission last if it is one.
     pub properties: Vec<Property>,
     /// What is measured, in the order of [`Columns::measures`].

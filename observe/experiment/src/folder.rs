@@ -70,6 +70,8 @@ pub enum FolderError {
 pub struct ResultsFolder {
     path: PathBuf,
     lines: File,
+    /// The folder that has the results of before, if they were set aside.
+    pub before: Option<PathBuf>,
 }
 
 /// How to treat results that a folder holds already.
@@ -79,11 +81,16 @@ pub enum Existing {
     Refuse,
     /// Delete them.
     Replace,
+    /// Keep them in the folder beside it that has its name and [`ResultsFolder::BEFORE`], in place of older ones.
+    SetAside,
     /// Keep them if they are of the same experiment, and go on.
     Resume,
 }
 
 impl ResultsFolder {
+    /// The end of the name of a folder with the results of before.
+    pub const BEFORE: &str = ".before";
+
     /// Prepares a folder. Returns it with the results that it holds and that are kept.
     ///
     /// # Errors
@@ -94,9 +101,13 @@ impl ResultsFolder {
         experiment: &Experiment,
         existing: Existing,
     ) -> Result<(Self, Vec<DriveResult>), FolderError> {
-        fs::create_dir_all(path).map_err(file_error(path))?;
         let results = path.join(RESULTS);
-        let is_occupied = results.exists() || path.join(STATE).exists();
+        let is_occupied = is_occupied(path);
+        let before = match existing {
+            Existing::SetAside if is_occupied => Some(set_aside(path)?),
+            Existing::SetAside | Existing::Refuse | Existing::Replace | Existing::Resume => None,
+        };
+        fs::create_dir_all(path).map_err(file_error(path))?;
         let kept = match existing {
             Existing::Refuse if is_occupied => return Err(FolderError::Occupied(path.to_owned())),
             Existing::Resume if is_occupied => {
@@ -109,7 +120,7 @@ impl ResultsFolder {
                     Vec::new()
                 }
             }
-            Existing::Refuse | Existing::Replace | Existing::Resume => Vec::new(),
+            Existing::Refuse | Existing::Replace | Existing::SetAside | Existing::Resume => Vec::new(),
         };
         let text = serde_json::to_string_pretty(state).expect("it has texts and numbers");
         let state_file = path.join(STATE);
@@ -126,7 +137,7 @@ impl ResultsFolder {
             .open(&results)
             .map_err(file_error(&results))?;
         let path = path.to_owned();
-        Ok((Self { path, lines }, kept))
+        Ok((Self { path, lines, before }, kept))
     }
 
     /// Adds a result.
@@ -207,6 +218,23 @@ impl FolderState {
         let folder = folder.to_owned();
         Err(FolderError::Other { folder, what })
     }
+}
+
+/// Whether a folder holds results.
+fn is_occupied(folder: &Path) -> bool {
+    folder.join(RESULTS).exists() || folder.join(STATE).exists()
+}
+
+/// Renames a folder of results. Older ones of that name are deleted, and nothing else is. Returns the new path.
+fn set_aside(folder: &Path) -> Result<PathBuf, FolderError> {
+    let mut name = folder.as_os_str().to_owned();
+    name.push(ResultsFolder::BEFORE);
+    let before = PathBuf::from(name);
+    if is_occupied(&before) {
+        fs::remove_dir_all(&before).map_err(file_error(&before))?;
+    }
+    fs::rename(folder, &before).map_err(file_error(&before))?;
+    Ok(before)
 }
 
 fn file_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {

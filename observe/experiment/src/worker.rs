@@ -4,7 +4,7 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use jde_host::Options;
 use jde_isolation::Program;
@@ -26,6 +26,8 @@ use crate::result::{DriveResult, Outcome};
 pub struct WorkerArguments {
     /// The experiment's file.
     pub file: PathBuf,
+    /// The application's file.
+    pub application: PathBuf,
     /// The fingerprint of the experiment that the parent checked.
     pub fingerprint: String,
     /// The most memory of the process, bytes.
@@ -38,6 +40,7 @@ impl WorkerArguments {
     pub fn to_vec(&self) -> Vec<String> {
         vec![
             self.file.display().to_string(),
+            self.application.display().to_string(),
             self.fingerprint.clone(),
             self.memory.to_string(),
         ]
@@ -47,6 +50,7 @@ impl WorkerArguments {
     pub fn read(mut arguments: impl Iterator<Item = String>) -> Option<Self> {
         Some(Self {
             file: arguments.next()?.into(),
+            application: arguments.next()?.into(),
             fingerprint: arguments.next()?,
             memory: arguments.next()?.parse().ok()?,
         })
@@ -66,7 +70,7 @@ pub fn serve(
     let mut output = take_output().map_err(|error| format!("no output: {error}"))?;
     end_with_parent().map_err(|error| format!("the parent cannot be watched: {error}"))?;
     limit_memory(arguments.memory).map_err(|error| format!("the memory cannot be limited: {error}"))?;
-    let (experiment, mut applications) = read(&arguments.file, inspector)?;
+    let (experiment, mut applications) = read(arguments, inspector)?;
     if fingerprint(&experiment, &mut applications).map_err(|error| error.to_string())?
         != arguments.fingerprint
     {
@@ -92,9 +96,14 @@ pub fn serve(
     Ok(())
 }
 
-fn read(file: &Path, inspector: &Program) -> Result<(Experiment, Applications), String> {
+fn read(
+    WorkerArguments {
+        file, application, ..
+    }: &WorkerArguments,
+    inspector: &Program,
+) -> Result<(Experiment, Applications), String> {
     let with_inspector = |application| Applications::new(application, Some(inspector.clone()));
-    file::read(file, with_inspector).map_err(|faults| faults.to_string())
+    file::read(file, Some(application), with_inspector).map_err(|faults| faults.to_string())
 }
 
 /// Runs a drive; one that cannot begin is a result too.

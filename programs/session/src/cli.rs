@@ -109,6 +109,9 @@ pub fn conclude(
     if summary.late_takeovers() > 0 {
         return Err(Failure::Contract);
     }
+    if summary.has_unexpected_fault {
+        return Err(Failure::Fault);
+    }
     summary
         .recording
         .map_or(Ok(()), |recorded| recorded.check_complete())?;

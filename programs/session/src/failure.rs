@@ -16,6 +16,9 @@ use jde_terminal::{self as terminal, BAD, TITLE, WARN, own_styles};
 /// The most faults that are shown at once.
 const MAX_SHOWN: usize = 40;
 
+/// The most names that are listed in place of an unknown one.
+const MAX_NAMES: usize = 20;
+
 /// The advice when plugins are missing. The faults themselves name the plugins and the searched folders.
 const MISSING_PLUGIN_HELP: &str = "Plugins are built by `cargo build` in their folder. All that come with jde are in its packages, and are built by\n\
     `cargo build --workspace` in its checkout; `cargo install` brings none. `jde plugins` shows those that are found, and\n\
@@ -56,6 +59,9 @@ pub enum Failure {
     /// A takeover took longer than its contract allows. The summary has shown it.
     #[error("a takeover took longer than its contract allows")]
     Contract,
+    /// A schema faulted. The summary has shown it.
+    #[error("a schema faulted")]
+    Fault,
     /// The verb could not continue.
     #[error("{0}")]
     Broken(String),
@@ -81,11 +87,11 @@ impl Failure {
         }
     }
 
-    /// Returns wrong use because of an unknown name. The advice is the nearest known name, or all of them.
+    /// Returns wrong use because of an unknown name. The advice is the nearest known name, or the first of them.
     pub fn unknown<'n>(what: &str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
         let help = match jde_nearest::nearest(name, known.clone()) {
             Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are: {}", known.collect::<Vec<_>>().join(", ")),
+            None => format!("there are: {}", list(known)),
         };
         Self::usage(format!("there is no {what} `{name}`"), help)
     }
@@ -123,7 +129,12 @@ impl Failure {
 
     fn status(&self) -> u8 {
         match self {
-            Self::Mission | Self::Contract | Self::Broken(_) | Self::File { .. } | Self::Output(_) => 1,
+            Self::Mission
+            | Self::Contract
+            | Self::Fault
+            | Self::Broken(_)
+            | Self::File { .. }
+            | Self::Output(_) => 1,
             Self::Start(StartError::Thread(_) | StartError::HookFailed(_)) => 1,
             Self::Usage { .. } | Self::Application { unusable: false, .. } => 2,
             Self::Start(StartError::Wiring(_) | StartError::NoProgram(_) | StartError::Mock { .. }) => 2,
@@ -134,7 +145,7 @@ impl Failure {
 
     fn render(&self) -> String {
         match self {
-            Self::Mission | Self::Contract => String::new(),
+            Self::Mission | Self::Contract | Self::Fault => String::new(),
             Self::Application {
                 faults,
                 missing,
@@ -159,6 +170,19 @@ impl Failure {
             Self::Plugin(_) | Self::Start(_) | Self::Broken(_) => render_error(&self.to_string(), None),
             Self::File { .. } | Self::Output(_) => render_error(&escape(&self.to_string()), None),
         }
+    }
+}
+
+/// Lists names, at most so many that a person reads them.
+fn list<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    let mut names: Vec<_> = names.collect();
+    let more = names.len().saturating_sub(MAX_NAMES);
+    names.truncate(MAX_NAMES);
+    let list = names.join(", ");
+    if more == 0 {
+        list
+    } else {
+        format!("{list} and {more} more")
     }
 }
 

@@ -8,6 +8,7 @@ use jde_abi::describe;
 use jde_abi::inspect::Problem;
 use jde_app::{Application, Catalogue, Faults, Inspection, Override, Unusable};
 use jde_isolation::Inspector;
+use jde_loader::python::is_python;
 use jde_loader::{DescribedPlugin, Plugins, SearchPath};
 
 use crate::failure::{self, Failure};
@@ -234,7 +235,8 @@ impl Catalogue for PluginCatalogue {
             Err(error) => {
                 let error = Unusable::from(error);
                 let mut report = self.report.borrow_mut();
-                report.missing |= error.is_missing;
+                // Nothing builds a file of Python.
+                report.missing |= error.is_missing && !is_python(name);
                 report.unusable |= !error.is_missing;
                 Err(error)
             }
@@ -256,10 +258,23 @@ impl Catalogue for PluginCatalogue {
         let folders = &self.report.borrow().folders;
         let (files, _) = self.plugins.list(folders);
         let mut known: Vec<_> = files.into_iter().map(|file| file.name).collect();
+        let searched = self.plugins.search_path().folders().map(|(folder, _)| folder);
+        known.extend(
+            searched
+                .chain(folders.iter().map(PathBuf::as_path))
+                .flat_map(files_of_python),
+        );
         for plugin in describe_all(&self.plugins, folders) {
             let schemas = plugin.description.schemas.iter();
             known.extend(schemas.map(|schema| format!("{}/{}", plugin.description.name, schema.name)));
         }
         known
     }
+}
+
+/// Returns the names of the files of Python in a folder.
+fn files_of_python(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    names.filter(|name| is_python(name)).collect()
 }

@@ -94,6 +94,7 @@ pub use link::Link;
 pub use load::{load, parse};
 pub use modulations::warn_of_former_name;
 pub use option::Override;
+pub use outline::ignores_faults;
 pub use remote::RemoteVariable;
 pub use values::is_path;
 
@@ -117,6 +118,8 @@ pub struct Application {
     /// How long the distance to the mission's target may fail to decrease before this is an event, ns; never
     /// if `None`.
     pub mission_stalls_ns: Option<u64>,
+    /// Whether a schema that faults is no failure of a run.
+    pub ignores_faults: bool,
     /// The plugins that its instances come from.
     pub plugins: Vec<Arc<Plugin>>,
     /// Its instances, in the file's order.

@@ -175,6 +175,7 @@ fn check(
         awake,
         mission,
         mission_stalls_ns: outline.mission_stalls_ns,
+        ignores_faults: outline.ignores_faults,
         plugins,
         instances: instances.into_iter().collect::<Option<_>>()?,
         groups,

@@ -23,6 +23,7 @@ const KEYS: &[&str] = &[
     "plugins",
     "seed",
     "mission",
+    "faults",
     "executor",
     "root",
     "schemas",
@@ -47,6 +48,7 @@ pub(super) struct Outline<'a> {
     pub(super) seed: u64,
     pub(super) mission: Option<Text<'a>>,
     pub(super) mission_stalls_ns: Option<u64>,
+    pub(super) ignores_faults: bool,
     pub(super) executor: Executor,
     pub(super) link: Link,
     pub(super) drafts: Drafts<'a>,
@@ -101,6 +103,7 @@ impl<'a> Outline<'a> {
             seed: seed(report, &top),
             mission,
             mission_stalls_ns,
+            ignores_faults: ignores_faults(report, &top),
             executor: executor(report, &top),
             drafts: Drafts::read(report, &top),
             check_files: false,
@@ -244,6 +247,19 @@ fn mission<'a>(report: &mut FaultReport, top: &Section<'a>) -> (Option<Text<'a>>
             .advise("add from = \"SCHEMA.mission\"");
     }
     (from, time::of(report, &section, "stalls"))
+}
+
+/// Reads the key with which the file of an application or of an experiment states that schemas may fault.
+pub fn ignores_faults(report: &mut FaultReport, top: &Section) -> bool {
+    let Some(word) = top.text(report, "faults") else {
+        return false;
+    };
+    if word.text != "ignored" {
+        report
+            .fault(&word.span, format!("`faults` is {}", quote(word.text)))
+            .advise("write \"ignored\", or leave it out: then a schema that faults is a failure");
+    }
+    true
 }
 
 fn seed(report: &mut FaultReport, top: &Section) -> u64 {

@@ -206,6 +206,20 @@ impl TypeResolver<'_> {
 
 /// Returns the known type that a name with a missing plugin probably means.
 fn suggest_type(known: &[String], written: &str) -> Option<String> {
+    let (plugin, schema) = split(written);
+    let with_schema =
+        |file: &str| schema.map_or_else(|| file.to_owned(), |schema| format!("{file}/{schema}"));
+    let mut files = known
+        .iter()
+        .map(String::as_str)
+        .filter(|name| name.ends_with(".py"));
+    if plugin.ends_with(".py") {
+        return nearest(plugin, files).map(with_schema);
+    }
+    // A file of Python without its end.
+    if let Some(file) = files.find(|file| file.strip_suffix(".py") == Some(plugin)) {
+        return Some(with_schema(file));
+    }
     let halves = |known: &String| {
         let (plugin, schema) = known.split_once('/').unwrap_or((known, known));
         (plugin.to_owned(), schema.to_owned())
@@ -221,7 +235,18 @@ fn suggest_type(known: &[String], written: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::split;
+    use super::{split, suggest_type};
+
+    #[test]
+    fn a_missing_file_of_python_is_probably_one_with_a_similar_name() {
+        let known = ["hog.py", "shy.py", "vff", "vff/vff"].map(str::to_owned);
+        let suggest = |written| suggest_type(&known, written);
+        assert_eq!(suggest("hgo.py/Hog").as_deref(), Some("hog.py/Hog"));
+        assert_eq!(suggest("hg.py").as_deref(), Some("hog.py"));
+        assert_eq!(suggest("hog/Hog").as_deref(), Some("hog.py/Hog"));
+        assert_eq!(suggest("quite_another.py"), None);
+        assert_eq!(suggest("vf").as_deref(), Some("vff"));
+    }
 
     #[test]
     fn a_file_of_python_may_be_in_a_folder() {

@@ -30,6 +30,9 @@ pub(crate) struct InstanceMetrics {
     /// Calls that were given up and have not returned.
     pub(crate) abandoned_calls: AtomicU64,
     pub(crate) longest_iteration: AtomicU64,
+    /// In lockstep, the turns that took longer than the budget by the machine's clock, and the longest of them.
+    pub(crate) slow_turns: AtomicU64,
+    pub(crate) slowest_turn: AtomicU64,
     pub(crate) period: AtomicU64,
     /// Whether an iteration has succeeded.
     pub(crate) started: AtomicBool,
@@ -58,6 +61,14 @@ impl InstanceMetrics {
         self.iterations.store(self.iterations.load(Relaxed) + 1, Relaxed);
         if took > self.longest_iteration.load(Relaxed) {
             self.longest_iteration.store(took, Relaxed);
+        }
+    }
+
+    /// Records how long a turn took by the machine's clock.
+    pub(crate) fn record_machine_time(&self, took: Nanos, budget: Nanos) {
+        if took > budget {
+            self.slow_turns.store(self.slow_turns.load(Relaxed) + 1, Relaxed);
+            self.slowest_turn.fetch_max(took, Relaxed);
         }
     }
 

@@ -12,8 +12,8 @@ pub mod values;
 use std::sync::Arc;
 
 use jde_app::{Application, Faults};
-use jde_core::Nanos;
-use jde_host::{Lockstep, Options, StartError};
+use jde_core::{Health, Id, Nanos, SchemaId};
+use jde_host::{Handle, Lockstep, Options, StartError};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Outcome as RunOutcome, What};
 use jde_sim::World;
@@ -118,6 +118,8 @@ struct DriveUnderWay<'e> {
     refused: Option<String>,
     /// The first takeover that took longer than its contract permits, in words.
     late: Option<String>,
+    /// The first fault of a schema, in words.
+    fault: Option<String>,
 }
 
 impl<'e> DriveUnderWay<'e> {
@@ -142,6 +144,7 @@ impl<'e> DriveUnderWay<'e> {
             situation: Situation::new(handle.application()),
             refused: None,
             late: None,
+            fault: None,
             experiment,
             lockstep,
             events,
@@ -161,7 +164,12 @@ impl<'e> DriveUnderWay<'e> {
             .refused
             .take()
             .or_else(|| self.operator.refused_edit(&handle));
+        let slow = slow(&handle);
         drop(self.lockstep);
+        // A schema may also fault when it falls asleep at the end.
+        for event in self.events.take().0 {
+            self.fault = self.fault.or_else(|| fault(handle.application(), &event));
+        }
         let mut properties: Vec<_> = self
             .monitors
             .iter()
@@ -174,6 +182,8 @@ impl<'e> DriveUnderWay<'e> {
             }
         }
         reasons.extend(self.late.take());
+        reasons.extend(slow.filter(|_| self.experiment.judges_budgets));
+        reasons.extend(self.fault.filter(|_| !self.experiment.ignores_faults));
         let is_done = matches!(ending.outcome, RunOutcome::Done);
         if self.experiment.mission == Mission::Required {
             properties.push(Some(is_done));
@@ -271,10 +281,17 @@ impl<'e> DriveUnderWay<'e> {
         }
         for event in events {
             self.values.add_event(&event);
+            let handle = self.lockstep.handle();
             if self.late.is_none() {
-                self.late = late(self.lockstep.handle().application(), &event);
+                self.late = late(handle.application(), &event);
             }
             self.situation.add_event(&event);
+            if self.fault.is_none() {
+                self.fault = fault(handle.application(), &event);
+                if self.fault.is_some() && !self.experiment.ignores_faults {
+                    self.situation.keep(event.time());
+                }
+            }
         }
         let values = self.values.update(now);
         for monitor in &mut self.monitors {
@@ -347,6 +364,40 @@ fn late(application: &Application, event: &Event) -> Option<String> {
         *latency as f64 / 1e6,
         event.time() as f64 / 1e9,
         *allowed as f64 / 1e6
+    ))
+}
+
+/// The first schema whose turns would overrun in real time, in words.
+fn slow(handle: &Handle) -> Option<String> {
+    let schemas = handle.snapshot().schemas;
+    let (place, slow) = schemas
+        .iter()
+        .enumerate()
+        .find(|(_, schema)| schema.slow_turns > 0)?;
+    Some(format!(
+        "{} of the turns of {} took longer than its budget of {:.1} ms by this machine's clock, {:.1} ms at most",
+        slow.slow_turns,
+        slow.name,
+        handle.application().instances[SchemaId::new(place)].budget_ns as f64 / 1e6,
+        slow.slowest_turn as f64 / 1e6
+    ))
+}
+
+/// A fault of a schema, with its reason in one line.
+fn fault(application: &Application, event: &Event) -> Option<String> {
+    let Some(What::HealthChanged {
+        schema,
+        health: Health::Faulted(reason),
+    }) = event.what()
+    else {
+        return None;
+    };
+    let lines: Vec<_> = reason.lines().map(str::trim).collect();
+    Some(format!(
+        "{} faulted at {:.3} s: {}",
+        application.instances[*schema].name,
+        event.time() as f64 / 1e9,
+        lines.join("; ")
     ))
 }
 

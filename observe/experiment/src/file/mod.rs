@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use jde_abi::describe::{Port, Role};
-use jde_app::{Application, Binding, FaultLocation, Faults, Override, time};
+use jde_app::{Application, Binding, FaultLocation, Faults, Override, ignores_faults, time};
 use jde_board::value::{Value, decode};
 use jde_document::{FaultReport, Section, quote};
 use jde_sim::{Footprint, RobotModel};
@@ -24,13 +24,15 @@ use crate::result::Columns;
 use expressions::Expressions;
 
 /// The keys of an experiment.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 15] = [
     "name",
     "doc",
     "application",
     "for",
     "end",
     "mission",
+    "faults",
+    "budgets",
     "axes",
     "cases",
     "set",
@@ -57,13 +59,14 @@ struct Subject<'a> {
     application: &'a Application,
 }
 
-/// Reads and checks an experiment. `applications` returns what loads the application that it names; the
-/// caller keeps it for the drives.
+/// Reads and checks an experiment, of `given` if that is another application than the file's. `applications` returns
+/// what loads the application; the caller keeps it for the drives.
 ///
 /// # Errors
 /// All faults of the file, or those of its application.
 pub fn read(
     path: &Path,
+    given: Option<&Path>,
     applications: impl FnOnce(PathBuf) -> Applications,
 ) -> Result<(Experiment, Applications), Faults> {
     let text = jde_document::read(path, "an experiment file")?;
@@ -75,7 +78,8 @@ pub fn read(
     let root = Section::new("the experiment", 0..0, document.get_ref());
     root.refuse_unknown(&mut report, &KEYS);
     let folder = file.parent().unwrap_or(Path::new("/")).to_owned();
-    let Some(application_file) = application_file(&mut report, &root, &folder) else {
+    let given = given.map(|given| std::path::absolute(given).unwrap_or_else(|_| given.to_owned()));
+    let Some(application_file) = given.or_else(|| application_file(&mut report, &root, &folder)) else {
         return Err(report.into_faults());
     };
     let mut applications = applications(application_file.clone()).with_mocks(mocks::names(&root));
@@ -130,6 +134,8 @@ pub fn read(
         expressions: expressions.into_list(),
         end,
         mission,
+        judges_budgets: judges_budgets(&mut report, &root),
+        ignores_faults: ignores_faults(&mut report, &root) || application.ignores_faults,
         properties: judged.properties.list,
         measures: judged.measures.list,
         steps,
@@ -176,6 +182,18 @@ fn mission(report: &mut FaultReport, root: &Section, application: &Application) 
         None if application.mission.is_some() => Mission::Required,
         Some(_) | None => Mission::Ignored,
     }
+}
+
+fn judges_budgets(report: &mut FaultReport, root: &Section) -> bool {
+    let word = root.text(report, "budgets");
+    if let Some(word) = word.as_ref().filter(|word| word.text != "judged") {
+        report
+            .fault(&word.span, format!("`budgets` is {}", quote(word.text)))
+            .advise(
+                "write \"judged\", or leave it out: then a drive does not depend on how fast the machine is",
+            );
+    }
+    word.is_some()
 }
 
 /// Loads the application with values of the experiment. Faults of the values are reported at their positions;

@@ -53,7 +53,7 @@ actuators = { base = "axis.velocity" }
 "#;
 
 /// Writes the experiment of the toy into a folder.
-fn pair(folder: &Path) {
+pub(crate) fn pair(folder: &Path) {
     let application = root().join("apps/pair.toml").display().to_string();
     fs::write(
         folder.join("pair.toml"),
@@ -62,7 +62,7 @@ fn pair(folder: &Path) {
     .unwrap();
 }
 
-fn experiment(folder: &Path, args: &[&str]) -> RunOutput {
+pub(crate) fn experiment(folder: &Path, args: &[&str]) -> RunOutput {
     let args = [&["experiment"], args].concat();
     output_of(jde_with_plugins(&args).current_dir(folder))
 }
@@ -75,7 +75,7 @@ fn results(folder: &Path) -> Vec<String> {
         .to_vec()
 }
 
-fn lines(folder: &Path) -> Vec<Value> {
+pub(crate) fn lines(folder: &Path) -> Vec<Value> {
     let text = fs::read_to_string(folder.join("results.jsonl")).unwrap();
     text.lines()
         .map(|line| serde_json::from_str(line).unwrap())

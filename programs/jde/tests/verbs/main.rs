@@ -18,6 +18,7 @@ mod inspecting;
 mod inspections;
 mod installed;
 mod isolated;
+mod keeping;
 mod liars;
 mod naming;
 mod new;

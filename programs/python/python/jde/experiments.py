@@ -46,12 +46,14 @@ def experiment(
 ) -> Results:
     """Drive an experiment of a file, `jobs` processes at a time, and return its results.
 
-    They are in the folder `out`, by default `results/NAME`, where earlier results are replaced.
+    They are in the folder `out`, where they replace others; by default in `results/NAME`, whose earlier results are kept
+    in `results/NAME.before`.
     """
-    folder = Path("results") / Path(file).stem if out is None else Path(out)
-    command = _executable.command("experiment", os.fspath(file), "--out", str(folder), "--replace")
+    command = _executable.command("experiment", os.fspath(file))
+    command += [] if out is None else ["--out", os.fspath(out), "--replace"]
     command += [] if jobs is None else ["--jobs", str(jobs)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode not in JUDGED:
         raise _jde.Error(done.stderr.strip())
-    return Results(folder)
+    # The last line names the page.
+    return Results(Path(done.stdout.splitlines()[-1]).parent)

@@ -65,6 +65,9 @@ pub struct RunSummary {
     pub groups: Vec<GroupSummary>,
     /// The counters of each schema.
     pub schemas: Vec<SchemaSummary>,
+    /// Whether a schema faulted although the application does not expect it, and no person had it in a debugger.
+    #[serde(skip)]
+    pub has_unexpected_fault: bool,
 }
 
 /// Output that was dropped because its reader was too slow: a robot never waits for a reader.
@@ -150,6 +153,20 @@ pub struct SchemaSummary {
     pub triggers_dropped: u64,
     /// Faults.
     pub faults: u64,
+    /// In lockstep: turns that took longer than the budget by the machine's clock.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slow: Option<SlowTurns>,
+}
+
+/// Turns that would overrun in real time.
+#[derive(Debug, Serialize)]
+pub struct SlowTurns {
+    /// How many.
+    pub turns: u64,
+    /// The longest of them, ms.
+    pub longest_ms: f64,
+    /// The budget, ms.
+    pub budget_ms: f64,
 }
 
 impl RunSummary {
@@ -176,7 +193,10 @@ impl RunSummary {
             .iter()
             .filter_map(|group| group.worst_takeover_us)
             .reduce(f64::max);
-        let schemas = handle.snapshot().schemas.into_iter();
+        let schemas = handle.snapshot().schemas;
+        let mut faulted = schemas.iter().zip(application.instances.iter());
+        let has_fault = faulted.any(|(schema, instance)| schema.faults > 0 && !instance.debugged);
+        let schemas = schemas.into_iter();
         let [output_lines, log_lines] = terminal::lost();
         Self {
             application: application.name.clone(),
@@ -222,8 +242,14 @@ impl RunSummary {
                     refused: schema.refused,
                     triggers_dropped: schema.triggers_dropped,
                     faults: schema.faults,
+                    slow: (schema.slow_turns > 0).then(|| SlowTurns {
+                        turns: schema.slow_turns,
+                        longest_ms: schema.slowest_turn as f64 / 1e6,
+                        budget_ms: application.instances[SchemaId::new(number)].budget_ns as f64 / 1e6,
+                    }),
                 })
                 .collect(),
+            has_unexpected_fault: has_fault && !application.ignores_faults,
         }
     }
 

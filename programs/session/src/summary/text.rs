@@ -6,7 +6,7 @@ use jde_drawing::text::counted;
 use jde_terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
 use super::RunSummary;
-use super::data::{Ending, GroupSummary, SchemaSummary, Unread};
+use super::data::{Ending, GroupSummary, SchemaSummary, SlowTurns, Unread};
 use crate::run::{PartLeft, RecordedFile, RecordedParts, RecordingSummary, format_progress};
 
 /// The most files that remain undeleted and are listed by name.
@@ -30,6 +30,20 @@ pub fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io::Result
         writeln!(output, "{BAD}{unwritten}{BAD:#}")?;
     }
     print_unread(&summary.unread, output)?;
+    for schema in &summary.schemas {
+        if let Some(SlowTurns {
+            turns,
+            longest_ms,
+            budget_ms,
+        }) = schema.slow
+        {
+            let (name, turns) = (&schema.schema, counted(turns, "turn"));
+            writeln!(
+                output,
+                "{WARN}{name}{WARN:#}: {turns} of up to {longest_ms:.1} ms by this machine's clock, and its budget is {budget_ms:.1} ms: in real time it overruns"
+            )?;
+        }
+    }
     let with_problems = |schema: &&SchemaSummary| {
         schema.faults + schema.overruns + schema.refused + schema.triggers_dropped > 0
     };
@@ -52,6 +66,7 @@ pub fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io::Result
         refusals,
         triggers_dropped,
         faults,
+        slow: _,
     } in with_problems
     {
         let style = if *faults > 0 { BAD } else { WARN };

@@ -44,6 +44,8 @@ impl Engine {
             period: meter.period.load(Relaxed),
             measured: meter.mean_period(),
             longest: meter.longest_iteration.load(Relaxed),
+            slow_turns: meter.slow_turns.load(Relaxed),
+            slowest_turn: meter.slowest_turn.load(Relaxed),
             load: meter.load(),
             iterations: meter.iterations.load(Relaxed),
             overruns: meter.overruns.load(Relaxed),

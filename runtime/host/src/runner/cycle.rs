@@ -2,6 +2,7 @@
 //! iterates.
 
 use std::sync::atomic::Ordering::Relaxed;
+use std::time::Instant;
 
 use jde_abi::describe::Kind;
 use jde_core::{Check, Nanos};
@@ -59,8 +60,22 @@ impl Runner {
         self.check_and_iterate(now, IterationRequest::Any);
     }
 
-    /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
+    /// Takes a turn. Where it takes no time of the application, its time by the machine's clock is measured: it shows
+    /// what would be late in real time, and nothing depends on it.
     fn check_and_iterate(&mut self, now: Nanos, request: IterationRequest) {
+        let clock = &self.engine.clock;
+        let begun = (!clock.is_real() && !clock.is_replayed()).then(Instant::now);
+        self.take_permitted_turn(now, request);
+        let metrics = &self.engine.metrics[self.number];
+        if let Some(begun) = begun
+            && !metrics.take_held()
+        {
+            metrics.record_machine_time(begun.elapsed().as_nanos() as Nanos, self.budget());
+        }
+    }
+
+    /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
+    fn take_permitted_turn(&mut self, now: Nanos, request: IterationRequest) {
         let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
             return;
         };

@@ -65,6 +65,12 @@ pub struct SchemaView {
     pub measured: Option<Nanos>,
     /// Longest iteration so far, ns.
     pub longest: Nanos,
+    /// In lockstep, where no turn overruns: those that took longer than the budget by the machine's clock.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub slow_turns: u64,
+    /// The longest of them, ns.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub slowest_turn: Nanos,
     /// Recent share of time spent in calls, 0 to 1.
     pub load: f64,
     /// Iterations so far.
@@ -262,6 +268,10 @@ pub struct Switch {
     pub reason: String,
     /// Time from the cause to the winner's first iteration, ns.
     pub latency: Option<Nanos>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 #[cfg(test)]

@@ -96,7 +96,7 @@ pub(super) fn test(call: &Call<'_>, arguments: Tests) -> Result<Answer, Failure>
     call.session
         .folder
         .check_all(files.iter().map(PathBuf::as_path))?;
-    let tests = test::read_tests(&files)?;
+    let tests = test::read_tests(&files, None)?;
     let tasks = test::tasks(&tests, arguments.filter.as_deref(), None);
     let mut listed = Vec::new();
     let (stop, options) = (AtomicBool::new(false), |stop| options(call, stop));
@@ -114,7 +114,7 @@ pub(super) fn test(call: &Call<'_>, arguments: Tests) -> Result<Answer, Failure>
 pub(super) fn experiment(call: &Call<'_>, arguments: ExperimentFile) -> Result<Answer, Failure> {
     let folder = &call.session.folder;
     let file = folder.resolve_named(&arguments.file, paths::find_experiment)?;
-    let (experiment, mut applications) = experiment::read(&file)?;
+    let (experiment, mut applications) = experiment::read(&file, None)?;
     let fingerprint = folder::fingerprint(&experiment, &mut applications)?;
     let drives: Vec<usize> = (0..experiment.drives()).collect();
     let mut results = Vec::new();

@@ -35,7 +35,7 @@ impl Merge {
     pub(super) fn run(self) -> Result<(), Failure> {
         let first = &self.parts[0];
         let state = FolderState::read(first).map_err(folder_failure)?;
-        let (experiment, mut applications) = read(&state.file)?;
+        let (experiment, mut applications) = read(&state.file, None)?;
         let whole = FolderState::new(&experiment, &mut applications, BTreeSet::new())?;
         let mut results = BTreeMap::new();
         for part in &self.parts {

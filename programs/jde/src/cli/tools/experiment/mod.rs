@@ -58,7 +58,11 @@ pub(crate) struct ExperimentVerb {
     /// The experiment's file, or the name of one in the folder experiments.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath, required = true)]
     file: Option<PathBuf>,
-    /// The folder of the results; results/NAME if left out, where earlier results are replaced.
+    /// Drive this application instead of the one that the file names, as jde test --application does.
+    #[arg(long, value_name = "APP.toml", value_hint = ValueHint::FilePath, requires = "drive")]
+    application: Option<PathBuf>,
+    /// The folder of the results; results/NAME if left out, whose earlier results are kept in
+    /// results/NAME.before.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "drive")]
     out: Option<PathBuf>,
     /// Replace results that the folder holds.
@@ -128,7 +132,7 @@ impl ExperimentVerb {
         }
         let given = self.file.as_deref().unwrap_or(Path::new(""));
         let path = paths::find_experiment(given)?;
-        let (experiment, mut applications) = read(&path)?;
+        let (experiment, mut applications) = read(&path, self.application.as_deref())?;
         if let Some(drive) = self.drive {
             let record = self.record.map(|file| RecordOptions {
                 file,
@@ -151,7 +155,8 @@ impl ExperimentVerb {
         let state = FolderState::new(&experiment, &mut applications, shards)?;
         let existing = match (&self.out, self.resume, self.replace) {
             (_, true, _) => Existing::Resume,
-            (None, ..) | (_, _, true) => Existing::Replace,
+            (_, _, true) => Existing::Replace,
+            (None, false, false) => Existing::SetAside,
             (Some(_), false, false) => Existing::Refuse,
         };
         let folder = self
@@ -160,6 +165,13 @@ impl ExperimentVerb {
             .unwrap_or_else(|| Path::new("results").join(&experiment.name));
         let (folder, results) =
             ResultsFolder::prepare(&folder, &state, &experiment, existing).map_err(folder_failure)?;
+        if let Some(before) = &folder.before {
+            writeln!(
+                terminal::err(),
+                "the results of before are in {}",
+                display_path(before)
+            )?;
+        }
         let done: BTreeSet<_> = results.iter().map(|result| result.drive).collect();
         let own = state.own_drives();
         let drives: Vec<_> = own
@@ -220,6 +232,7 @@ pub(crate) fn run_drives(
 ) -> io::Result<()> {
     let arguments = WorkerArguments {
         file: experiment.file.clone(),
+        application: experiment.application.clone(),
         fingerprint: fingerprint.to_owned(),
         memory,
     };
@@ -236,10 +249,10 @@ pub(crate) fn run_drives(
     pool::run(&experiments, &tasks, options, |_, result| on_result(result))
 }
 
-/// Reads an experiment for its drives, and inspects its plugins.
-pub(crate) fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
+/// Reads an experiment for its drives, of another application if one is given, and inspects its plugins.
+pub(crate) fn read(path: &Path, application: Option<&Path>) -> Result<(Experiment, Applications), Failure> {
     let with_inspector = |application| Applications::new(application, Some(jde_session::child::inspector()));
-    let read = file::read(path, with_inspector).map_err(Failure::faults)?;
+    let read = file::read(path, application, with_inspector).map_err(Failure::faults)?;
     if let Some(concerns) = &read.0.concerns {
         jde_session::failure::warn(concerns);
     }

@@ -35,11 +35,15 @@ use report::Report;
 #[command(after_help = "Examples:
   jde test                                  all of the folder tests
   jde test tests/doors.toml --watch         again after every change of the test, its application or a plugin
+  jde test limits --application ana/app.toml       the same tests for another application
   jde test --filter door --shuffle          with new seeds each time; a failure prints its seed")]
 pub(crate) struct Test {
     /// Files of tests, or folders of them.
     #[arg(value_name = "PATH", value_hint = ValueHint::AnyPath, default_value = "tests")]
     paths: Vec<PathBuf>,
+    /// Test this application instead of the one that each file names.
+    #[arg(long, value_name = "APP.toml", value_hint = ValueHint::FilePath)]
+    application: Option<PathBuf>,
     /// Run only the tests whose name or file contains this text.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
@@ -78,14 +82,15 @@ impl Test {
         let stopping = Arc::clone(&stop);
         let _interrupts = SignalListener::on_first(move || stopping.store(true, Ordering::Relaxed))?;
         if !self.watch {
-            return self.run_tests(&read_tests(&find(&self.paths)?)?, &stop);
+            let tests = read_tests(&find(&self.paths)?, self.application.as_deref())?;
+            return self.run_tests(&tests, &stop);
         }
         watch::until(&stop, || {
             // Files that were found and cannot be read are watched too: the author is about to correct them.
             let found = find(&self.paths);
             let mut watched: BTreeSet<PathBuf> = found.iter().flatten().cloned().collect();
             let result = found.and_then(|files| {
-                let tests = read_tests(&files)?;
+                let tests = read_tests(&files, self.application.as_deref())?;
                 watched.extend(tests.iter().flat_map(|test| test.files.iter().cloned()));
                 self.run_tests(&tests, &stop)
             });
@@ -106,7 +111,7 @@ impl Test {
             stop,
             abort: &AtomicBool::new(false),
         };
-        let mut report = Report::begin(tasks.len(), seed, self.json)?;
+        let mut report = Report::begin(tasks.len(), seed, self.application.as_deref(), self.json)?;
         run_tasks(tests, &tasks, &options, |task, result| {
             report.add(&tests[task.experiment].experiment, task, result)
         })?;
@@ -145,12 +150,12 @@ pub(crate) fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok(files)
 }
 
-/// Reads files of tests, and inspects their plugins.
+/// Reads files of tests, of another application if one is given, and inspects their plugins.
 ///
 /// # Errors
 /// The faults of the first file that has some.
-pub(crate) fn read_tests(files: &[PathBuf]) -> Result<Vec<TestFile>, Failure> {
-    files.iter().map(|file| read_test(file)).collect()
+pub(crate) fn read_tests(files: &[PathBuf], application: Option<&Path>) -> Result<Vec<TestFile>, Failure> {
+    files.iter().map(|file| read_test(file, application)).collect()
 }
 
 /// Returns the drives of the tests whose name or file contains the text. With a seed, each has another one.
@@ -186,6 +191,7 @@ pub(crate) fn run_tasks(
             experiment: &test.experiment,
             program: child::drives(&WorkerArguments {
                 file: test.experiment.file.clone(),
+                application: test.experiment.application.clone(),
                 fingerprint: test.fingerprint.clone(),
                 memory: MEMORY,
             }),
@@ -194,8 +200,8 @@ pub(crate) fn run_tasks(
     pool::run(&experiments, tasks, options, on_result)
 }
 
-fn read_test(file: &Path) -> Result<TestFile, Failure> {
-    let (experiment, mut applications) = read(file)?;
+fn read_test(file: &Path, application: Option<&Path>) -> Result<TestFile, Failure> {
+    let (experiment, mut applications) = read(file, application)?;
     Ok(TestFile {
         fingerprint: folder::fingerprint(&experiment, &mut applications)?,
         files: folder::files(&experiment, &mut applications)?,

@@ -1,6 +1,7 @@
 //! The output of `jde test`: a line for each test, and what is known about each failure.
 
 use std::io::{self, Write};
+use std::path::Path;
 
 use jde_drawing::text::counted;
 use jde_experiment::Experiment;
@@ -19,6 +20,8 @@ pub(super) struct Report {
     json: bool,
     counts: Counts,
     failures: Vec<String>,
+    /// The options that repeat a test, beside its file, drive and seed.
+    options: String,
 }
 
 /// The object that `--json` prints.
@@ -32,7 +35,12 @@ struct Counts {
 
 impl Report {
     /// Prints the beginning.
-    pub(super) fn begin(tests: usize, seed: Option<u64>, json: bool) -> io::Result<Self> {
+    pub(super) fn begin(
+        tests: usize,
+        seed: Option<u64>,
+        application: Option<&Path>,
+        json: bool,
+    ) -> io::Result<Self> {
         let mut output = terminal::text_out(json);
         write!(output, "{}", counted(tests as u64, "test"))?;
         match seed {
@@ -48,6 +56,9 @@ impl Report {
                 ..Counts::default()
             },
             failures: Vec::new(),
+            options: application.map_or_else(String::new, |application| {
+                format!(" --application {}", display_path(application))
+            }),
         })
     }
 
@@ -69,7 +80,8 @@ impl Report {
             self.counts.passed += 1;
         } else {
             self.counts.failed += 1;
-            self.failures.push(failure(experiment, task, &name, &result));
+            self.failures
+                .push(failure(experiment, task, &name, &result, &self.options));
         }
         Ok(())
     }
@@ -107,7 +119,7 @@ pub(crate) fn test_name(experiment: &Experiment, result: &DriveResult) -> String
 }
 
 /// What is known about a failure.
-fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult) -> String {
+fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult, options: &str) -> String {
     let mut text = format!(
         "{TITLE}{}{TITLE:#}\n  {BAD}{}{BAD:#}\n",
         escape(name),
@@ -131,6 +143,6 @@ fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult
         .map_or_else(String::new, |seed| format!(" --seed {seed}"));
     let number = task.drive;
     text + &format!(
-        "  see it: jde experiment {file} --drive {number}{seed} --record failure.mcap; jde view failure.mcap\n"
+        "  see it: jde experiment {file} --drive {number}{seed}{options} --record failure.mcap; jde view failure.mcap\n"
     )
 }
