@@ -78,6 +78,87 @@ def test_every_end_of_an_iteration_is_described(body: Drive, wrong: str, reason:
     assert "roots: mine -> ahead" in done.text
 
 
+ENDLESS = """
+def iterate(self, cx):
+    while cx.now > 0.5:
+        pass
+"""
+
+
+def test_a_call_that_hangs_is_a_fault_that_names_its_line(robot: Robot, body: Drive) -> None:
+    body(NEAR + BACK, more=NEVER)
+    source = (robot.folder / "mine.py").read_text().replace(BACK.strip(), "").rstrip()
+    lines = "".join(f"    {line}\n" for line in ENDLESS.splitlines())
+    robot.write(source.replace("< 1.5", "< 9.0") + "\n" + lines, more=NEVER + '\nhang = "300ms"')
+    done = robot.jde("run", "app.toml", "--plain", "--for", "6s")
+    assert "has not returned from a call for" in done.text, done.text
+    assert 'mine.py", line' in done.text and "in iterate" in done.text, done.text
+    assert "_serve.py" not in done.text
+    assert done.status == 1
+
+
+def test_a_signal_that_ends_the_process_is_a_fault_that_names_its_line(body: Drive) -> None:
+    done = body(f"{NEAR}\ndef iterate(self, cx):\n    import ctypes; ctypes.string_at(0)\n", more=NEVER)
+    assert "its process was killed by SIGSEGV" in done.text
+    assert 'mine.py", line' in done.text and "in iterate" in done.text, done.text
+
+
+def test_a_run_with_a_fault_has_failed_unless_the_application_expects_it(robot: Robot, body: Drive) -> None:
+    wrong = NEAR + "\ndef iterate(self, cx):\n    raise KeyError('planted')\n"
+    assert body(wrong).status == 1
+    application = robot.folder / "app.toml"
+    application.write_text('faults = "ignored"\n' + application.read_text())
+    done = robot.drive()
+    assert "KeyError: 'planted'" in done.text and done.status == 0, done.text
+
+
+TEST = """
+name = "it drives"
+application = "../app.toml"
+for = "6s"
+"""
+
+
+def judged(robot: Robot, more: str = "", *options: str) -> Result:
+    """Run a test of an application."""
+    (robot.folder / "tests").mkdir(exist_ok=True)
+    (robot.folder / "tests/drives.toml").write_text(TEST + more)
+    return robot.jde("test", *options)
+
+
+def test_a_test_in_which_a_schema_faults_fails_with_the_error_and_its_line(robot: Robot, body: Drive) -> None:
+    body(NEAR + "\ndef iterate(self, cx):\n    raise KeyError('planted')\n")
+    done = judged(robot)
+    assert "mine faulted at" in done.text and "KeyError: 'planted'" in done.text, done.text
+    assert 'mine.py", line' in done.text and "0 passed, 1 failed" in done.text and done.status == 1
+    assert judged(robot, 'faults = "ignored"').status == 0
+    (robot.folder / "right.py").write_text((robot.folder / "mine.py").read_text().replace("raise KeyError", "str"))
+    application = (robot.folder / "app.toml").read_text()
+    (robot.folder / "right.toml").write_text(application.replace("mine.py", "right.py"))
+    assert judged(robot, "", "--application", "right.toml").status == 0
+    (robot.folder / "app.toml").rename(robot.folder / "wrong.toml")
+    done = judged(robot, "", "--application", "wrong.toml")
+    assert "KeyError: 'planted'" in done.text and " --application wrong.toml --record" in done.text, done.text
+
+
+def test_a_turn_that_would_overrun_in_real_time_is_shown_in_lockstep(robot: Robot, body: Drive) -> None:
+    done = body(NEAR + "\ndef iterate(self, cx):\n    import time; time.sleep(0.15)\n")
+    assert "by this machine's clock, and its budget is 100.0 ms: in real time it overruns" in done.text, done.text
+    assert done.status == 0
+    assert judged(robot).status == 0
+    done = judged(robot, 'budgets = "judged"')
+    assert "of the turns of mine took longer than its budget" in done.text and done.status == 1, done.text
+
+
+def test_what_a_schema_prints_is_in_its_log(body: Drive) -> None:
+    done = body(NEAR + "\ndef iterate(self, cx):\n    print('near', round(cx.now)); cx.warn('and warned')\n")
+    printed = [line for line in done.text.splitlines() if "mine: near" in line]
+    assert printed and all(" s  info  mine: near " in line for line in printed), done.text
+    # In its order, at the time of the call.
+    assert float(printed[0].split()[0]) > 1.0
+    assert done.text.index("mine: near") < done.text.index("mine: and warned")
+
+
 def test_a_check_that_returns_nothing_is_a_fault(body: Drive) -> None:
     done = body("def check(self, cx):\n    pass\n" + BACK, more=NEVER)
     assert "check returns True, False or a Precondition, not a NoneType" in done.text

@@ -28,12 +28,14 @@ mod limits;
 pub mod lines;
 mod memory;
 pub mod messages;
+mod output;
 pub mod process;
 pub mod python;
 mod serve;
 mod table;
 mod terminal;
 mod timers;
+mod traceback;
 pub mod wire;
 
 use std::ffi::OsString;
@@ -93,6 +95,8 @@ pub struct ProcessConfig {
     pub limits: Isolation,
     /// Whether its debugger may hold calls and use the host's terminal.
     pub debugged: bool,
+    /// Whether it is an interpreter of Python, which says where it was when it is killed.
+    pub is_python: bool,
 }
 
 /// The functions to run: the location of a plugin, and the index of a type in it.

@@ -22,6 +22,8 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
 use super::descendants::Descendants;
+use super::output::PrintedOutput;
+use super::traceback::{self, Traceback};
 use super::{ProcessConfig, Program};
 
 /// How long a child may take to exit by itself after its instance has ended.
@@ -39,6 +41,9 @@ pub struct Process {
     pid: u32,
     /// Identifies the process permanently: the system reuses process numbers.
     handle: OwnedFd,
+    /// What it prints, if that goes to the log.
+    output: Option<PrintedOutput>,
+    traceback: Option<Traceback>,
     state: Mutex<ProcessState>,
     changed: Condvar,
     waiter: Mutex<Option<JoinHandle<()>>>,
@@ -153,11 +158,20 @@ impl Process {
         // Signals of the terminal are for the host to handle: the child ends when its host ends it. Only the host's
         // own group may read from the terminal.
         let descendants = Descendants::mark(&mut command, !config.debugged);
+        let output = match config.debugged {
+            true => None,
+            false => PrintedOutput::capture(&mut command, name)?,
+        };
+        let traceback = config
+            .is_python
+            .then(|| Traceback::prepare(&mut command))
+            .transpose()?;
         let stream = host_end.try_clone()?;
         let (sender, started) = sync_channel(1);
         let thread = Builder::new().name(format!("of {name}"));
         let waiter = thread.spawn(move || {
-            let started = command.spawn().and_then(Self::from_child);
+            let started = command.spawn();
+            let started = started.and_then(|child| Self::from_child(child, output, traceback));
             // The command holds the child's end of the stream. The host sees the child's end only if this
             // copy is closed.
             drop(command);
@@ -165,8 +179,14 @@ impl Process {
                 Err(error) => drop(sender.send(Err(error))),
                 Ok((process, mut child)) => {
                     drop(sender.send(Ok(Arc::clone(&process))));
+                    if let Some(output) = &process.output {
+                        output.forward_until_exit(&process.handle);
+                    }
                     descendants.end_group_at_exit(Pid::from_child(&child));
                     let end = child.wait();
+                    if let Some(output) = &process.output {
+                        output.finish();
+                    }
                     let cause = end.map_or_else(|error| error.to_string(), |end| describe_exit(end, limits));
                     process.handle_exit(cause, on_death);
                     // Whoever still reads what the child sent finds the end after it. It fails if the host has closed it.
@@ -180,7 +200,11 @@ impl Process {
         Ok((process, host_end))
     }
 
-    fn from_child(mut child: Child) -> io::Result<(Arc<Self>, Child)> {
+    fn from_child(
+        mut child: Child,
+        output: Option<PrintedOutput>,
+        traceback: Option<Traceback>,
+    ) -> io::Result<(Arc<Self>, Child)> {
         let pid = Pid::from_child(&child);
         let handle = match pidfd_open(pid, PidfdFlags::empty()) {
             Ok(handle) => handle,
@@ -193,6 +217,8 @@ impl Process {
         let process = Self {
             pid: child.id(),
             handle,
+            output,
+            traceback,
             // The starter waits for its first message.
             state: Mutex::new(ProcessState {
                 calling: true,
@@ -205,14 +231,25 @@ impl Process {
     }
 
     fn handle_exit(self: &Arc<Self>, exit: String, on_death: impl FnOnce(&Arc<Self>, String)) {
+        let lines = self.traceback.as_ref().and_then(Traceback::read);
         let mut state = self.state();
-        let cause = state.kill_reason.take().unwrap_or(exit);
+        let mut cause = state.kill_reason.take().unwrap_or(exit);
+        if let Some(lines) = lines {
+            cause = format!("{cause}\n{lines}");
+        }
         state.death_cause = Some(cause.clone());
         let is_unexpected = !(state.calling || state.ending || state.is_reported);
         drop(state);
         self.changed.notify_all();
         if is_unexpected {
             on_death(self, cause);
+        }
+    }
+
+    /// Logs what the process has printed until now.
+    pub fn forward_output(&self) {
+        if let Some(output) = &self.output {
+            output.forward();
         }
     }
 
@@ -288,7 +325,11 @@ impl Process {
     fn kill(&self, reason: &str) {
         let mut state = self.state();
         if state.death_cause.is_none() {
+            let is_first = state.kill_reason.is_none();
             state.kill_reason.get_or_insert_with(|| reason.to_owned());
+            if is_first && self.traceback.is_some() {
+                return traceback::kill(&self.handle);
+            }
             // Fails only if the process is dead already.
             let _ = pidfd_send_signal(&self.handle, Signal::KILL);
         }
@@ -360,6 +401,7 @@ mod tests {
             },
             limits: Isolation::default(),
             debugged: false,
+            is_python: false,
         };
         let (process, mut stream) = Process::start(&config, "forker", |_, _| {}).expect("a process");
         let mut sent = Vec::new();

@@ -42,6 +42,7 @@ pub enum ServeError {
 /// [`ServeError`].
 pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>) -> Result<(), ServeError> {
     let (stream, files) = connect_to_host().map_err(ServeError::NoHost)?;
+    write_each_line();
     let mut wire = Wire::new(stream);
     let first = wire.receive().map_err(ServeError::NoHost)?;
     let ToChild::Call(Call {
@@ -102,6 +103,17 @@ fn connect_to_host() -> io::Result<(UnixStream, Vec<OwnedFd>)> {
     let null = rustix::fs::open("/dev/null", OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty())?;
     rustix::stdio::dup2_stdin(null.as_fd())?;
     Ok((stream, files))
+}
+
+/// Lets the C library write each line at once, as to a terminal: the host reads them.
+fn write_each_line() {
+    #[allow(non_upper_case_globals, reason = "its name in C")]
+    unsafe extern "C" {
+        static stdout: *mut libc::FILE;
+        fn setlinebuf(stream: *mut libc::FILE);
+    }
+    // SAFETY: the stream of the C library, before code of a plugin runs.
+    unsafe { setlinebuf(stdout) };
 }
 
 impl ChildSession {

@@ -45,7 +45,8 @@ def install() -> None:
     # Ctrl-C is for the host. It also ends what waits at the prompt.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Each stop has a debugger of its own, since one within a stop would change the frames of the outer one.
-    sys.breakpointhook = lambda *_, **__: Debugger(nosigint=True).set_trace(sys._getframe(1))
+    # A step goes over the ports of this package.
+    sys.breakpointhook = lambda *_, **__: Debugger(nosigint=True, skip=["jde.*"]).set_trace(sys._getframe(1))
 
 
 def _quit(*_: Any) -> None:

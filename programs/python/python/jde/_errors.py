@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from pathlib import Path
 
@@ -23,5 +24,7 @@ def describe(error: BaseException) -> str:
         words = f"SystemExit: a schema does not end its process, and this one called exit({error.code!r})"
     else:
         words = "".join(traceback.format_exception_only(error)).strip()
+    if isinstance(error, ModuleNotFoundError):
+        words += f"; the interpreter is {sys.executable}, and JDE_PYTHON names another"
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(PACKAGE)]
     return "\n".join([words, *(line.rstrip() for line in traceback.format_list(frames))])

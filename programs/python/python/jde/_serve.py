@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import faulthandler
+import io
 import os
+import signal
 import sys
 from typing import Any
 
@@ -16,6 +19,10 @@ def main(what: str, version: str) -> None:
             f"the package {os.path.dirname(__file__)} has the version {_jde.__version__}, and this jde {version}: "
             "remove it from the path of Python; an installation of jde has its own"
         )
+    _trace()
+    # The host reads what schemas print line by line.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)
     try:
         if what == "debugged schema":
             from jde import _debug
@@ -33,6 +40,21 @@ def main(what: str, version: str) -> None:
     sys.stderr.flush()
     # Threads that the schema has left running must not keep the process.
     os._exit(0)
+
+
+def _trace() -> None:
+    """Write the lines that run to the file of the host when a signal ends this process."""
+    file = os.environ.pop("JDE_TRACEBACK", None)
+    if file is None:
+        return
+    try:
+        descriptor = os.open(file, os.O_WRONLY | os.O_CLOEXEC)
+    except OSError:
+        # The host does not let others look at its descriptors.
+        return
+    faulthandler.enable(descriptor, all_threads=False)
+    # The host sends it when a call hangs. The process ends after it has written.
+    faulthandler.register(signal.SIGUSR2, descriptor, all_threads=False, chain=True)
 
 
 def _refuse(*_: Any, **__: Any) -> None:

@@ -6,6 +6,7 @@
 //! never wait, because a library such as the link would stand still. A warning of a schema that says the same again is counted, too.
 
 mod filter;
+mod printed;
 mod repeats;
 
 use std::collections::VecDeque;
@@ -22,6 +23,7 @@ use tracing::level_filters::LevelFilter;
 use tracing::subscriber::Interest;
 use tracing::{Event, Level, Metadata, Subscriber, span};
 
+use printed::{PRINTED_TARGET, PrintedLines};
 use repeats::{Counted, Repeats};
 
 pub use filter::Filter;
@@ -47,6 +49,8 @@ struct Sink {
     buffered: Option<VecDeque<String>>,
     /// The warnings of schemas that were written.
     repeats: Repeats,
+    /// What schemas printed.
+    printed: PrintedLines,
     /// Where the lines go in addition.
     forward: Option<SyncSender<LogRecord>>,
 }
@@ -93,6 +97,9 @@ impl Log {
         self.print(|sink| {
             let rest = sink.repeats.rest();
             sink.write_counted(rest);
+            for (schema, text) in sink.printed.rest() {
+                sink.write_of(Level::INFO, &schema, &text);
+            }
             sink.clock = None;
         });
     }
@@ -152,6 +159,9 @@ impl Sink {
     /// Writes a line at this time of the application, s, unless it repeats another.
     fn write_line(&mut self, now: Option<f64>, metadata: &Metadata<'_>, line: &LogLine) {
         let (level, text) = (*metadata.level(), line.text());
+        if metadata.target() == PRINTED_TARGET {
+            return self.write_printed(now, line.schema.as_deref().unwrap_or_default(), &text);
+        }
         if let Some(now) = now {
             let due = self.repeats.due(now);
             self.write_counted(due);
@@ -169,12 +179,24 @@ impl Sink {
         self.write(level, &line.to_string());
     }
 
+    /// Writes what a schema printed at this time of the application, s.
+    fn write_printed(&mut self, now: Option<f64>, schema: &str, text: &str) {
+        let (is_shown, hidden) = self.printed.take(schema, now.unwrap_or_default());
+        for text in hidden.iter().map(String::as_str).chain(is_shown.then_some(text)) {
+            self.write_of(Level::INFO, schema, text);
+        }
+    }
+
     /// Writes warnings that were counted.
     fn write_counted(&mut self, warnings: Vec<Counted>) {
         for Counted { schema, text } in warnings {
-            self.forward(Level::WARN, Some(&schema), &text);
-            self.write(Level::WARN, &format!("{schema}: {text}"));
+            self.write_of(Level::WARN, &schema, &text);
         }
+    }
+
+    fn write_of(&mut self, level: Level, schema: &str, text: &str) {
+        self.forward(level, Some(schema), text);
+        self.write(level, &format!("{schema}: {text}"));
     }
 
     fn forward(&self, level: Level, schema: Option<&str>, text: &str) {

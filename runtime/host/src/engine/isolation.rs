@@ -48,12 +48,14 @@ impl Engine {
                 program: python::program(program.map(|program| &*program.path), config.debugged),
                 limits: limits.unwrap_or_default(),
                 debugged: config.debugged,
+                is_python: true,
             });
         }
         Some(ProcessConfig {
             program: program?.clone(),
             limits: limits?,
             debugged: false,
+            is_python: false,
         })
     }
 

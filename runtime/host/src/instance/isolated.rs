@@ -29,6 +29,10 @@ pub(crate) const MAX_INLINE_BYTES: usize = 4096;
 /// killed.
 const LOCKSTEP_TIMEOUT: Duration = Duration::from_secs(10);
 
+/// How long a process may take to start before `hang` counts: an interpreter that imports large packages on a busy
+/// machine takes seconds, and is no call of the schema.
+const START_TIMEOUT: Duration = Duration::from_secs(20);
+
 /// An instance that was created in a child.
 pub(crate) struct IsolatedInstance {
     process: Arc<Process>,
@@ -40,20 +44,27 @@ pub(crate) struct IsolatedInstance {
 impl IsolatedInstance {
     /// Starts a child and creates the instance there. The reason for a failure is stored in the call.
     pub(crate) fn create(call: &mut CallContext<'_>, config: &ProcessConfig) -> Option<Self> {
-        let started = Self::start(call, config).and_then(|mut instance| {
-            match instance.try_invoke(call, Function::Create) {
-                Ok((raw::OK, _)) => Ok(instance),
-                Ok((_, outcome)) => {
-                    instance.terminate(call.engine, call.number);
-                    let Returned::Refused(reason) = outcome else {
-                        return Err(None);
-                    };
-                    Err(Some(reason))
-                }
-                Err(cause) => {
-                    instance.terminate(call.engine, call.number);
-                    Err(Some(cause))
-                }
+        let engine = call.engine;
+        let (clock, meter) = (&engine.clock, &engine.metrics[call.number]);
+        meter.begin_call(
+            clock
+                .now()
+                .saturating_add(clock.scale_machine_time(START_TIMEOUT)),
+        );
+        let started = Self::start(call, config);
+        meter.begin_call(clock.now());
+        let started = started.and_then(|mut instance| match instance.try_invoke(call, Function::Create) {
+            Ok((raw::OK, _)) => Ok(instance),
+            Ok((_, outcome)) => {
+                instance.terminate(call.engine, call.number);
+                let Returned::Refused(reason) = outcome else {
+                    return Err(None);
+                };
+                Err(Some(reason))
+            }
+            Err(cause) => {
+                instance.terminate(call.engine, call.number);
+                Err(Some(cause))
             }
         });
         match started {
@@ -301,12 +312,14 @@ impl IsolatedInstance {
         loop {
             let reply = match self.wire.receive().map_err(stream_error)? {
                 FromChild::Done(done) => {
+                    self.process.forward_output();
                     if let Some(time) = done.first_time {
                         call.first_time.get_or_insert(time);
                     }
                     return Ok(done);
                 }
                 FromChild::Log { level, text } => {
+                    self.process.forward_output();
                     call.log(level, text);
                     continue;
                 }
