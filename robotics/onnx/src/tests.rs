@@ -8,6 +8,9 @@ use super::*;
 /// The difference to onnxruntime that another order of sums makes, of numbers near 1.
 const ROUNDING_ERROR: f32 = 2e-6;
 
+/// The numbers of onnxruntime, of `make.py` and `sb3.py`.
+const LISTS: [&str; 2] = ["expected.txt", "sb3.txt"];
+
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/data")
@@ -22,7 +25,8 @@ struct Case {
 }
 
 fn cases() -> Vec<Case> {
-    let text = fs::read_to_string(data("expected.txt")).expect("the numbers are there");
+    let lists = LISTS.map(|list| fs::read_to_string(data(list)).expect("the numbers are there"));
+    let text = lists.concat();
     let mut cases: Vec<Case> = Vec::new();
     for line in text.lines() {
         let mut words = line.split(' ');
@@ -110,7 +114,7 @@ fn what_would_run_with_other_numbers_is_refused_with_the_name_of_its_node() {
 
 #[test]
 fn every_file_of_the_tests_is_used() {
-    let text = ["expected.txt", "refused.txt"]
+    let text = ["expected.txt", "sb3.txt", "refused.txt"]
         .map(|list| fs::read_to_string(data(list)).expect("the list is there"))
         .concat();
     for entry in fs::read_dir(data("")).expect("the folder is there") {

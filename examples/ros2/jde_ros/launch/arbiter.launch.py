@@ -29,11 +29,11 @@ def start(context):
         return LaunchConfiguration(name).perform(context)
 
     def run(application, settings, options=()):
-        values = [f"{key}={value}" for key, value in settings.items() if value]
+        values = [part for key, value in settings.items() if value for part in ("--set", f"{key}={value}")]
         return Node(
             package="jde_ros",
             executable="jde",
-            arguments=["run", application, "--plain", *[part for value in values for part in ("--set", value)], *options],
+            arguments=["run", application, "--plain", *values, *options],
             namespace=stated("namespace") or None,
             output="screen",
             respawn=True,
