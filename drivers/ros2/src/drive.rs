@@ -11,7 +11,7 @@ use jde_schema::prelude::Twist;
 pub(crate) const REPEAT_INTERVAL: Duration = Duration::from_millis(50);
 /// How long zero is sent at least: ten times, because the network may lose some messages, and a robot that stands may not
 /// have begun to follow the last command.
-const MIN_STOP_TIME: Duration = Duration::from_millis(500);
+pub(crate) const MIN_STOP_TIME: Duration = Duration::from_millis(500);
 /// How long zero is sent at most to a robot that moves: another program may drive it.
 const MAX_STOP_TIME: Duration = Duration::from_secs(5);
 /// A robot that measures less than this stands, in m/s and rad/s.

@@ -6,7 +6,7 @@ use jde_schema::prelude::*;
 
 use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, arrival};
-use crate::drive::REPEAT_INTERVAL;
+use crate::drive::{MIN_STOP_TIME, REPEAT_INTERVAL};
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocityPublisher, VelocitySubscription};
 
@@ -27,6 +27,9 @@ node_schema! {
         /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
         #[modulation(default = FollowedClock::Wall)]
         clock: Modulation<FollowedClock>,
+        /// The newest velocity of another program.
+        #[export(validity = "500ms")]
+        velocity: Export<Twist>,
         /// Whether the router or other nodes are connected.
         #[export(lasting)]
         connection: Export<Connection>,
@@ -43,8 +46,8 @@ struct ActiveWatchdog {
     topic: String,
     /// The newest velocity of another program, and its arrival.
     newest: Option<(Twist, Duration)>,
-    /// When the next zero is due, while velocities have ceased.
-    due: Option<Duration>,
+    /// Since when it publishes zeros, and when the next one is due.
+    zeros: Option<(Duration, Duration)>,
 }
 
 impl Schema for Watchdog {
@@ -62,11 +65,16 @@ impl Schema for Watchdog {
             return Err("it is not awake".into());
         };
         active.connection.begin(cx, clock.into());
-        let have_ceased = active.listen(cx, timeout);
+        let received = active.subscription.receive(cx, &mut active.connection);
+        if let Some((twist, arrived)) = received {
+            self.velocity.write_at(cx, twist, arrived);
+        }
+        active.newest = received.or(active.newest);
+        let must_stop = active.judge(cx, timeout);
         active
             .connection
             .export_connection(cx, &mut self.connection, None);
-        Ok(have_ceased.into())
+        Ok(must_stop.into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -79,6 +87,7 @@ impl Schema for Watchdog {
     fn sleep(&mut self, cx: &Context) {
         if let Some(active) = self.active.take() {
             active.connection.close(cx, &mut self.connection);
+            self.velocity.retract(cx);
         }
     }
 }
@@ -116,43 +125,46 @@ impl Watchdog {
             publisher: VelocityPublisher::new(0),
             topic,
             newest: None,
-            due: None,
+            zeros: None,
         })
     }
 }
 
 impl ActiveWatchdog {
-    /// Takes the newest velocity of others. Returns whether they have ceased although the robot moves by the last one.
-    fn listen(&mut self, cx: &Context, timeout: Duration) -> bool {
-        let received = self.subscription.receive(cx, &mut self.connection);
-        self.newest = received.or(self.newest);
-        let ceased = self
+    /// Returns whether the robot must be stopped: velocities have ceased after one that moves it. A zero of others, which
+    /// another watchdog may have published, ends that after a while, and any other velocity at once.
+    fn judge(&mut self, cx: &Context, timeout: Duration) -> bool {
+        let now = cx.now();
+        let must_stop = self
             .newest
-            .filter(|(twist, arrived)| *twist != Twist::ZERO && cx.now().saturating_sub(*arrived) > timeout);
-        match (ceased, self.due) {
-            (Some((_, arrived)), None) => {
-                self.due = Some(cx.now());
-                let age = cx.now().saturating_sub(arrived).as_secs_f64();
+            .is_some_and(|(twist, arrived)| match twist == Twist::ZERO {
+                true => self.zeros.is_some_and(|(since, _)| now < since + MIN_STOP_TIME),
+                false => now > arrived + timeout,
+            });
+        match (must_stop, self.zeros) {
+            (true, None) => {
+                self.zeros = Some((now, now));
                 warn!(
                     cx,
-                    "no velocity has come on {} for {age:.2} s: zeros are published until one comes",
-                    self.topic
+                    "no velocity has come on {} for {:.2} s: zeros are published until one comes",
+                    self.topic,
+                    timeout.as_secs_f64()
                 );
             }
-            (None, Some(_)) => {
-                self.due = None;
+            (false, Some(_)) => {
+                self.zeros = None;
                 info!(cx, "velocities come on {} again: no more zeros", self.topic);
             }
-            (Some(_), Some(_)) | (None, None) => {}
+            (true, Some(_)) | (false, None) => {}
         }
-        ceased.is_some()
+        must_stop
     }
 
     /// Publishes a zero if one is due.
     fn stop(&mut self, cx: &Context) {
-        if let Some(due) = self.due.filter(|due| *due <= cx.now()) {
+        if let Some((since, due)) = self.zeros.filter(|(_, due)| *due <= cx.now()) {
             self.publisher.publish(cx, &self.connection, &Twist::ZERO);
-            self.due = Some((due + REPEAT_INTERVAL).max(cx.now()));
+            self.zeros = Some((since, (due + REPEAT_INTERVAL).max(cx.now())));
         }
     }
 }

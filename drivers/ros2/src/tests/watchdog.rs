@@ -1,6 +1,7 @@
 //! A watchdog beside a program that drives.
 
 use super::*;
+use crate::drive::MIN_STOP_TIME;
 use crate::velocity::TwistStamped;
 use crate::{Base, Watchdog};
 
@@ -55,14 +56,15 @@ impl Watched {
         }
     }
 
-    /// Publishes a velocity and no other, until the watchdog has noticed it.
-    fn abandon<T: Value>(&mut self, velocity: &T) {
+    /// Publishes a velocity and no other, until the watchdog has noticed it. Returns a time just before that.
+    fn abandon<T: Value>(&mut self, velocity: &T) -> Instant {
         loop {
             put(&self.session, "/cmd_vel", velocity);
             let sent = Instant::now();
             while sent.elapsed() < Duration::from_secs(1) {
+                let before = Instant::now();
                 if self.turn() {
-                    return;
+                    return before;
                 }
             }
         }
@@ -109,6 +111,7 @@ fn zeros_are_published_once_velocities_have_ceased_and_until_they_come_again() {
     // Each in time, however slow this machine is.
     watched.fixture.bench.set("timeout", 60.0);
     watched.drive(200);
+    assert_eq!(watched.fixture.bench.exported("velocity"), Some(AHEAD));
     watched.fixture.bench.set("timeout", 0.2);
     put(&watched.session, "/cmd_vel", &AHEAD);
     let last = Instant::now();
@@ -132,9 +135,10 @@ fn zeros_are_published_once_velocities_have_ceased_and_until_they_come_again() {
 #[test]
 fn a_program_that_stopped_the_robot_may_be_silent() {
     let mut watched = Watched::new();
-    watched.abandon(&AHEAD);
+    let before = watched.abandon(&AHEAD);
     put(&watched.session, "/cmd_vel", &Twist::ZERO);
     while watched.turn() {}
+    assert!(before.elapsed() >= MIN_STOP_TIME, "one zero may be lost");
     watched.fixture.start -= Duration::from_secs(10);
     for _ in 0..50 {
         assert!(!watched.turn(), "the robot stands");

@@ -14,7 +14,7 @@ const HEAD: [u8; 4] = [0, 1, 0, 0];
 /// Between two velocities of the program that drives.
 const PERIOD: Duration = Duration::from_millis(20);
 /// The watchdog's, longer than a loaded machine lets the arbiter wait.
-const TIMEOUT: Duration = Duration::from_secs(2);
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The router, a program that drives, and a robot that keeps its last velocity.
 struct Robot {
@@ -107,8 +107,14 @@ fn a_watchdog_stops_the_robot_of_an_arbiter_that_is_killed() {
         &["watchdog"],
         &["--set", &timeout],
     );
-    let mut arbiter = robot.start(&sandbox, ARBITER.0, &ARBITER.1, &[]);
+    // It drives on by the last velocity while the test asks the watchdog.
+    let patience = ["--set", "teleop.patience=3600 s"];
+    let mut arbiter = robot.start(&sandbox, ARBITER.0, &ARBITER.1, &patience);
     for _ in 0..40 {
+        robot.until(|speed| speed == 0.3);
+    }
+    let hears = ["get", "watchdog.velocity", "--app", "ros2-watchdog"];
+    while sandbox.run(&hears).status != Some(0) {
         robot.until(|speed| speed == 0.3);
     }
     assert_eq!(watchdog(&sandbox), (0, "checking".to_owned()));
@@ -123,7 +129,8 @@ fn a_watchdog_stops_the_robot_of_an_arbiter_that_is_killed() {
     let (zeros, state) = watchdog(&sandbox);
     assert!(zeros > 0 && state == "winner", "{zeros} {state}");
 
-    let _again = robot.start(&sandbox, ARBITER.0, &ARBITER.1, &[]);
+    while sandbox.apps().len() > 1 {}
+    let _again = robot.start(&sandbox, ARBITER.0, &ARBITER.1, &patience);
     robot.until(|speed| speed == 0.3);
     while watchdog(&sandbox).1 != "checking" {
         robot.until(|speed| speed == 0.3);
