@@ -10,6 +10,8 @@ use rustix::io::{Errno, ioctl_fionbio};
 
 /// The longest line, bytes; a longer one becomes several.
 const MAX_LINE: usize = 4096;
+/// How often it reads at once: what a pipe holds. A process that prints faster than anybody reads delays nobody longer.
+const MAX_READS: usize = 16;
 
 /// The standard output and error of a process, in one stream.
 pub(crate) struct PrintedOutput {
@@ -17,8 +19,8 @@ pub(crate) struct PrintedOutput {
     stream: Mutex<PrintedStream>,
 }
 
-struct PrintedStream {
-    pipe: PipeReader,
+struct PrintedStream<R = PipeReader> {
+    pipe: R,
     /// The beginning of a line.
     rest: Vec<u8>,
 }
@@ -44,18 +46,9 @@ impl PrintedOutput {
         }))
     }
 
-    /// Logs the lines that have arrived. Returns whether more may come.
+    /// Logs the lines that have arrived, at most as much as a pipe holds. Returns whether more may come.
     pub(crate) fn forward(&self) -> bool {
-        let mut stream = self.stream.lock();
-        let mut bytes = [0; MAX_LINE];
-        loop {
-            match stream.pipe.read(&mut bytes) {
-                Ok(0) => return false,
-                Ok(length) => stream.log(&self.schema, &bytes[..length]),
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) => return error.kind() == io::ErrorKind::WouldBlock,
-            }
-        }
+        self.stream.lock().forward(&self.schema)
     }
 
     /// Logs lines until the process with this descriptor has exited, or has closed its output.
@@ -89,7 +82,20 @@ impl PrintedOutput {
     }
 }
 
-impl PrintedStream {
+impl<R: Read> PrintedStream<R> {
+    fn forward(&mut self, schema: &str) -> bool {
+        let mut bytes = [0; MAX_LINE];
+        for _ in 0..MAX_READS {
+            match self.pipe.read(&mut bytes) {
+                Ok(0) => return false,
+                Ok(length) => self.log(schema, &bytes[..length]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return error.kind() == io::ErrorKind::WouldBlock,
+            }
+        }
+        true
+    }
+
     fn log(&mut self, schema: &str, bytes: &[u8]) {
         for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
             self.rest.extend_from_slice(piece);
@@ -107,5 +113,19 @@ fn log(schema: &str, line: &[u8]) {
     if !line.is_empty() {
         // A warning for filters: what somebody prints to see it is shown without an option.
         tracing::warn!(target: "jde::printed", schema, "{line}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flood_without_an_end_is_read_in_pieces() {
+        let mut stream = PrintedStream {
+            pipe: io::repeat(b'\n'),
+            rest: Vec::new(),
+        };
+        assert!(stream.forward("hog"));
     }
 }

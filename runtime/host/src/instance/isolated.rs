@@ -312,14 +312,14 @@ impl IsolatedInstance {
         loop {
             let reply = match self.wire.receive().map_err(stream_error)? {
                 FromChild::Done(done) => {
-                    self.process.forward_output();
+                    forward_output(&self.process, call);
                     if let Some(time) = done.first_time {
                         call.first_time.get_or_insert(time);
                     }
                     return Ok(done);
                 }
                 FromChild::Log { level, text } => {
-                    self.process.forward_output();
+                    forward_output(&self.process, call);
                     call.log(level, text);
                     continue;
                 }
@@ -424,6 +424,13 @@ fn publish(call: &mut CallContext<'_>, port: u32, time: u64, value: Option<Bytes
         }
     }
     Some(call.publish(port, time))
+}
+
+/// Logs what a process has printed in this call. In real time its own thread does, and no turn waits for it.
+fn forward_output(process: &Process, call: &CallContext<'_>) {
+    if !call.engine.clock.is_real() {
+        process.forward_output();
+    }
 }
 
 /// Returns why a child is killed after its stream broke, unless its own death was the cause.
