@@ -102,12 +102,16 @@ impl Application {
         warnings
     }
 
-    /// Warns of schemas that command one base, or judge its commands, and state different outlines of it.
+    /// Warns of schemas that command one base, or judge its commands, and state different outlines of it. An outline that is
+    /// a margin is a zone around the base.
     fn warn_of_outlines(&self, bodies: &[(InstancePort, SchemaId)]) -> Vec<String> {
         let mut stated: Vec<(InstancePort, Stated<'_, Footprint>)> = Vec::new();
         let mut warnings = Vec::new();
         for (command, schema) in bodies {
-            let Some(own) = self.stated::<Footprint>(*schema, |_| true).next() else {
+            let Some(own) = self
+                .stated::<Footprint>(*schema, |port| !port.has(raw::MARGIN))
+                .next()
+            else {
                 continue;
             };
             if stated

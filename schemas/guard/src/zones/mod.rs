@@ -23,10 +23,10 @@ pub struct Zones {
     #[modulation(default = Pose2D::ORIGIN, fixed, mount)]
     mount: Modulation<Pose2D>,
     /// Where nothing may be while the robot moves; a radius of 0 is no zone.
-    #[modulation(default = types::Footprint::circle(0.0), fixed)]
+    #[modulation(default = types::Footprint::circle(0.0), fixed, margin)]
     stop: Modulation<types::Footprint>,
     /// Where nothing may be while the robot moves faster than `slow_speed` and `slow_turn`; a radius of 0 is no zone.
-    #[modulation(default = types::Footprint::circle(0.0), fixed)]
+    #[modulation(default = types::Footprint::circle(0.0), fixed, margin)]
     slow: Modulation<types::Footprint>,
     /// The greatest speed while something is in `slow`.
     #[modulation(default = 0.2, unit = "m/s", min = 0.01)]
