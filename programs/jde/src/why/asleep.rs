@@ -89,15 +89,13 @@ impl<'d> Past<'d> {
     fn asleep(self, group: usize, at_s: f64) -> Option<Asleep<'d>> {
         let hierarchy = self.timeline.hierarchy();
         let about = &hierarchy.groups()[group];
-        let is_asleep = |member: &usize| {
+        let slept_since = |member: &usize| {
             let states = &self.timeline.schemas()[*member].states;
-            states
-                .at_s(at_s)
-                .is_some_and(|(interval, _)| interval.value == State::Slept)
+            let (interval, _) = states.at_s(at_s)?;
+            (interval.value == State::Slept).then_some(interval.from)
         };
-        if about.members.is_empty() || !about.members.iter().all(is_asleep) {
-            return None;
-        }
+        let slept: Option<Vec<Nanos>> = about.members.iter().map(slept_since).collect();
+        let slept = slept?.into_iter().max()?;
         let winners = &self.timeline.groups()[group].winners;
         let (since, loser) = match winners.at_s(at_s) {
             Some((nobody, _)) => {
@@ -107,6 +105,11 @@ impl<'d> Past<'d> {
             }
             // It has never had one.
             None => (0, None),
+        };
+        // Nobody may have been ready before they fell asleep: a selection says that.
+        let (since, loser) = match slept > since.saturating_add(CAUSE_DISTANCE) {
+            true => (slept, None),
+            false => (since, loser),
         };
         let fell = loser.or(about.father);
         let above: Vec<usize> = fell.map_or(Vec::new(), |schema| hierarchy.fathers(schema).collect());

@@ -324,7 +324,7 @@ fn a_choice_that_was_made_before_the_known_selections_is_found_while_it_is_in_fo
 }
 
 /// A run in which `ana` stopped `example`, the father of the drive, at 40 s.
-fn stopped_run() -> (Timeline, [jde_records::event::Occurrence<String>; 2]) {
+fn stopped_run(last: State) -> (Timeline, [jde_records::event::Occurrence<String>; 2]) {
     let mut hierarchy = Hierarchy::default();
     hierarchy.describe_group("roots", None, ["example"]);
     hierarchy.describe_group("example/base", Some("example"), ["stop", "vff", "goon"]);
@@ -334,8 +334,9 @@ fn stopped_run() -> (Timeline, [jde_records::event::Occurrence<String>; 2]) {
         (0.0, "goon", State::Checking, State::Winner),
         (0.0, "vff", State::Slept, State::Checking),
         (0.0, "stop", State::Slept, State::Checking),
+        (20.0, "example", State::Winner, last),
         // What is below a father sleeps with it, whether or not its records arrive.
-        (40.0, "example", State::Winner, State::Slept),
+        (40.0, "example", last, State::Slept),
     ] {
         let schema = schema.to_owned();
         let time = (time_s * 1e9) as u64;
@@ -365,7 +366,7 @@ fn stopped_run() -> (Timeline, [jde_records::event::Occurrence<String>; 2]) {
 
 #[test]
 fn nobody_wins_in_a_group_that_sleeps_and_the_answer_says_who_put_it_to_sleep() {
-    let (timeline, events) = stopped_run();
+    let (timeline, events) = stopped_run(State::Winner);
     let decisions = drive()[..5].to_vec();
     let answer = |words: &str| {
         let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
@@ -403,18 +404,21 @@ roots since 40.000 s: nobody
 
 #[test]
 fn the_end_of_a_run_does_not_hide_when_nobody_won_before() {
-    let (timeline, mut events) = stopped_run();
-    // Everything sleeps because the application ended.
-    events[1].time = 40_000_000_001;
-    let decisions = drive();
-    let past = Past {
-        timeline: &timeline,
-        events: &events[1..],
-        ..past(&decisions, KNOWN)
-    };
-    let answer = question("nobody").answer(past, &[]);
-    assert!(
-        matches!(answer, Answer::Match { decision, .. } if decision.number == 6),
-        "{answer:?}"
-    );
+    // Whether it won until then, or nobody had been ready for a while.
+    for last in [State::Winner, State::Checking] {
+        let (timeline, mut events) = stopped_run(last);
+        // Everything sleeps because the application ended.
+        events[1].time = 40_000_000_001;
+        let decisions = drive();
+        let past = Past {
+            timeline: &timeline,
+            events: &events[1..],
+            ..past(&decisions, KNOWN)
+        };
+        let answer = question("nobody").answer(past, &[]);
+        assert!(
+            matches!(answer, Answer::Match { decision, .. } if decision.number == 6),
+            "{answer:?}"
+        );
+    }
 }
