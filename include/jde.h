@@ -127,7 +127,7 @@ extern "C" {
 #define JDE_FIXED 4u
 /** Modulation flag: where the sensor of the imports of measurements is on the base. All that read a sensor state the same. */
 #define JDE_MOUNT 16u
-/** Modulation flag: a distance that the schema keeps from obstacles. That of a guard is the least. */
+/** Modulation flag: a distance kept from obstacles, where that of a guard is the least, or a zone around the base. */
 #define JDE_MARGIN 32u
 /**
  * Modulation flag: the greatest speed (m/s), turn rate (rad/s), or change of one (m/s2, rad/s2), that the schema asks of the

@@ -64,7 +64,7 @@ inline constexpr struct Optional {
 /** The modulation states where the sensor is on the base. */
 inline constexpr struct SensorMount {
 } mount;
-/** The modulation is a distance that the schema keeps from obstacles. */
+/** The modulation is a distance that the schema keeps from obstacles, or a zone around the base. */
 inline constexpr struct Margin {
 } margin;
 /** The modulation is the greatest speed, turn rate, or change of one, that the schema asks of the base. */

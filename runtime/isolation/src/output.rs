@@ -53,11 +53,11 @@ impl PrintedOutput {
 
     /// Logs lines until the process with this descriptor has exited, or has closed its output.
     pub(crate) fn forward_until_exit(&self, process: &OwnedFd) {
+        let stream = self.stream.lock().pipe.as_fd().try_clone_to_owned();
+        let Ok(stream) = stream else {
+            return;
+        };
         loop {
-            let stream = self.stream.lock().pipe.as_fd().try_clone_to_owned();
-            let Ok(stream) = stream else {
-                return;
-            };
             let mut watched = [
                 PollFd::new(process, PollFlags::IN),
                 PollFd::new(&stream, PollFlags::IN),

@@ -121,7 +121,7 @@ pub const TRIGGER: u32 = 2;
 pub const FIXED: u32 = 4;
 /// Modulation flag: where the sensor of the imports of measurements is on the base. All that read a sensor state the same.
 pub const MOUNT: u32 = 16;
-/// Modulation flag: a distance that the schema keeps from obstacles. That of a guard is the least.
+/// Modulation flag: a distance kept from obstacles, where that of a guard is the least, or a zone around the base.
 pub const MARGIN: u32 = 32;
 /// Modulation flag: the greatest speed (m/s), turn rate (rad/s), or change of one (m/s2, rad/s2), that the schema asks of the
 /// base, or by which its guard expects the base to brake. No schema asks for more than its driver and its guard state.
