@@ -313,7 +313,7 @@ fn tests(context: &Context) -> Result<StepOutcome> {
     for program in programs.iter().filter(|program| !program.runs_again()) {
         context.empty(program.path())?;
     }
-    context.discard(&context.target.join("tmp"))?;
+    context.clear(&context.target.join("tmp"))?;
     Ok(StepOutcome::Passed)
 }
 

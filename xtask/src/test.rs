@@ -141,6 +141,12 @@ impl Context {
         }
     }
 
+    /// Removes in CI what a folder contains. The folder stays: cargo promises it to the programs that run again.
+    pub(crate) fn clear(&self, folder: &Path) -> Result<()> {
+        self.discard(folder)?;
+        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
+    }
+
     /// Empties in CI a program that no later step runs. It stays, and its time: a missing one cargo would build again.
     pub(crate) fn empty(&self, program: &Path) -> Result<()> {
         if !self.ci {
@@ -179,6 +185,18 @@ mod tests {
         };
         assert_eq!(discard(false), (true, true));
         assert_eq!(discard(true), (false, false));
+    }
+
+    #[test]
+    fn a_folder_is_cleared_only_in_ci_and_stays() {
+        let target = tempfile::tempdir().unwrap();
+        let folder = target.path().join("tmp");
+        let kept = |ci| {
+            fs::create_dir_all(folder.join("of_a_test")).unwrap();
+            Context::of_a_test(false, ci).clear(&folder).unwrap();
+            fs::read_dir(&folder).unwrap().count()
+        };
+        assert_eq!((kept(false), kept(true)), (1, 0));
     }
 
     #[test]
