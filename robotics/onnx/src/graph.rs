@@ -1,5 +1,6 @@
 //! From the messages of a file to steps. Every node runs once with zeros, which computes all shapes; what depends on
-//! weights and shapes alone keeps its numbers and is no step.
+//! weights and shapes alone keeps its numbers and is no step. Shapes depend on no number of an input: whole numbers that do
+//! are choices, and nothing but what moves them, adds to them or takes numbers at their places has them.
 
 use std::collections::HashMap;
 
@@ -7,8 +8,21 @@ use crate::external::Beside;
 use crate::model::{Declared, Model, Node};
 use crate::network::{Network, Port};
 use crate::ops::{self, Operator};
-use crate::tensor::{Data, TYPE_FLOAT, Tensor, refusal};
-use crate::{MAX_BYTES, OPSET_VERSIONS, OnnxError};
+use crate::tensor::{Data, TYPE_FLOAT, TYPE_INT64, Tensor, refusal};
+use crate::{MAX_BYTES, MAX_OPERATIONS, OPSET_VERSIONS, OnnxError};
+
+/// What may have whole numbers that depend on the inputs, as its first input.
+const MOVES: [&str; 9] = [
+    "Cast",
+    "Expand",
+    "Flatten",
+    "Identity",
+    "Reshape",
+    "Slice",
+    "Squeeze",
+    "Transpose",
+    "Unsqueeze",
+];
 
 /// A node that runs.
 pub(crate) struct NodeStep {
@@ -28,7 +42,10 @@ struct Values {
     names: HashMap<String, usize>,
     tensors: Vec<Tensor>,
     is_constant: Vec<bool>,
+    /// For each value that is places which an `ArgMax` chose: among how many.
+    chosen_among: Vec<Option<usize>>,
     bytes: usize,
+    operations: u64,
 }
 
 impl Values {
@@ -39,15 +56,63 @@ impl Values {
         }
         self.tensors.push(tensor);
         self.is_constant.push(is_constant);
+        self.chosen_among.push(None);
         Ok(index)
     }
 
-    /// Counts the numbers of a value, all of which stay in memory.
-    fn hold(&mut self, index: usize) -> Result<(), String> {
-        self.bytes += 8 * self.tensors[index].shape.iter().product::<usize>();
-        match self.bytes as u64 <= 4 * MAX_BYTES {
+    /// Counts numbers, all of which stay in memory, and what their computation takes.
+    fn hold(&mut self, shape: &[usize], operations: u64) -> Result<(), String> {
+        let numbers = shape.iter().fold(1_usize, |all, side| all.saturating_mul(*side));
+        self.bytes = self.bytes.saturating_add(numbers.saturating_mul(8));
+        self.operations = self.operations.saturating_add(operations);
+        if self.bytes as u64 > 4 * MAX_BYTES {
+            return Err("its numbers and those before it need too much memory".to_owned());
+        }
+        match self.operations <= MAX_OPERATIONS {
             true => Ok(()),
-            false => Err("its numbers and those before it need too much memory".to_owned()),
+            false => Err(format!(
+                "it and the nodes before it take {} operations, and {MAX_OPERATIONS} are the most of a network",
+                self.operations
+            )),
+        }
+    }
+
+    /// Whether a value is whole numbers that depend on the inputs.
+    fn is_choice(&self, index: usize) -> bool {
+        !self.is_constant[index] && matches!(self.tensors[index].data, Data::Integer(_))
+    }
+
+    /// Refuses choices where a node would take them for a shape.
+    fn check_choices(&self, node: &Node, inputs: &[Option<usize>]) -> Result<(), OnnxError> {
+        let is_choice = |input: &Option<usize>| input.is_some_and(|index| self.is_choice(index));
+        let places = inputs.iter().enumerate().filter(|(_, input)| is_choice(input));
+        for (place, _) in places {
+            let operator = node.operator.as_str();
+            let fits = match operator {
+                "Add" | "Sub" | "Mul" | "Shape" => true,
+                "GatherElements" => place == 1,
+                _ => place == 0 && MOVES.contains(&operator),
+            };
+            if !fits {
+                let message = format!(
+                    "its input {place} is whole numbers that depend on the inputs, as an ArgMax gives, which is not run"
+                );
+                return Err(node.wrong(message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns among how many the numbers of a node's output are chosen.
+    fn among(&self, node: &Node, step: &NodeStep) -> Option<usize> {
+        let first = step.inputs.first().copied().flatten()?;
+        match node.operator.as_str() {
+            "ArgMax" => {
+                let sides = |index: usize| self.tensors[index].shape.iter().product::<usize>();
+                sides(first).checked_div(sides(step.outputs[0]))
+            }
+            "Cast" | "Flatten" | "Identity" | "Reshape" | "Squeeze" | "Unsqueeze" => self.chosen_among[first],
+            _ => None,
         }
     }
 }
@@ -66,8 +131,9 @@ pub(crate) fn build(model: &Model, beside: &mut Beside<'_>) -> Result<Network, O
     for declared in &model.inputs {
         if !values.names.contains_key(&declared.name) {
             let port = declared.port()?;
-            let zeros = Tensor::zeros(port.shape.clone());
-            let zeros = zeros.map_err(|message| OnnxError::tensor(&port.name, message))?;
+            let wrong = |message: String| OnnxError::tensor(&port.name, message);
+            values.hold(&port.shape, 0).map_err(wrong)?;
+            let zeros = Tensor::zeros(port.shape.clone()).map_err(wrong)?;
             let index = values.add(&port.name, zeros, false)?;
             inputs.push((port, index));
         }
@@ -75,9 +141,15 @@ pub(crate) fn build(model: &Model, beside: &mut Beside<'_>) -> Result<Network, O
     let mut steps = Vec::new();
     for node in &model.nodes {
         let mut step = prepare(node, opset, &mut values)?;
-        step.run(&mut values.tensors)?;
+        values.check_choices(node, &step.inputs)?;
+        step.run(&mut values.tensors, true)?;
         for output in step.outputs.clone() {
-            values.hold(output).map_err(|message| node.wrong(message))?;
+            let (shape, operations) = (
+                values.tensors[output].shape.clone(),
+                values.tensors[output].operations,
+            );
+            let held = values.hold(&shape, operations);
+            held.map_err(|message| node.wrong(message))?;
         }
         let takes_inputs = |input: &Option<usize>| input.is_some_and(|index| !values.is_constant[index]);
         if node.operator == "Shape" || !step.inputs.iter().any(takes_inputs) {
@@ -86,13 +158,22 @@ pub(crate) fn build(model: &Model, beside: &mut Beside<'_>) -> Result<Network, O
                 .for_each(|output| values.is_constant[*output] = true);
             continue;
         }
-        let is_whole = |output: &usize| matches!(values.tensors[*output].data, Data::Integer(_));
-        if step.outputs.iter().any(is_whole) {
-            return Err(node.wrong("it gives whole numbers that depend on the inputs, which are not run"));
+        let is_whole = |output: &usize| values.is_choice(*output);
+        if node.operator == "Cast"
+            && step.outputs.iter().any(is_whole)
+            && !step.inputs.iter().flatten().any(is_whole)
+        {
+            return Err(
+                node.wrong("it makes whole numbers of others that depend on the inputs, which is not run")
+            );
         }
+        values.chosen_among[step.outputs[0]] = values.among(node, &step);
         steps.push(step);
     }
-    let outputs = model.outputs.iter().map(|declared| output(declared, &values));
+    let outputs = model
+        .outputs
+        .iter()
+        .map(|declared| output(declared, &mut values, &mut steps));
     let outputs = outputs.collect::<Result<Vec<_>, _>>()?;
     if outputs.is_empty() {
         return Err(OnnxError::Model("the network has no output".to_owned()));
@@ -174,19 +255,42 @@ impl Declared {
         Ok(Port {
             name: self.name.clone(),
             shape: stated.iter().enumerate().map(side).collect::<Result<_, _>>()?,
+            chosen_among: None,
         })
     }
 }
 
-/// Returns an output with its value.
-fn output(declared: &Declared, values: &Values) -> Result<(Port, usize), OnnxError> {
+/// Returns an output with its value. Choices become numbers of 32 bits, as all that a network gives.
+fn output(
+    declared: &Declared,
+    values: &mut Values,
+    steps: &mut Vec<NodeStep>,
+) -> Result<(Port, usize), OnnxError> {
     let wrong = |message: String| OnnxError::tensor(&declared.name, message);
     let index = values.names.get(&declared.name);
-    let index = *index.ok_or_else(|| wrong("no node gives this output".to_owned()))?;
-    let Tensor { shape, data } = &values.tensors[index];
-    if declared.data_type != TYPE_FLOAT || matches!(data, Data::Integer(_)) {
+    let mut index = *index.ok_or_else(|| wrong("no node gives this output".to_owned()))?;
+    let chosen_among = values.chosen_among[index];
+    let is_choice = chosen_among.is_some() && values.is_choice(index);
+    let expected = if is_choice { TYPE_INT64 } else { TYPE_FLOAT };
+    if declared.data_type != expected || !is_choice && matches!(values.tensors[index].data, Data::Integer(_))
+    {
         return Err(wrong(refusal(declared.data_type)));
     }
+    if is_choice {
+        let given = values.add("", Tensor::default(), false)?;
+        let mut step = NodeStep {
+            node: declared.name.clone(),
+            name: "Cast".to_owned(),
+            operator: ops::as_floats(),
+            inputs: vec![Some(index)],
+            outputs: vec![given],
+            room: vec![Tensor::default()],
+        };
+        step.run(&mut values.tensors, true)?;
+        steps.push(step);
+        index = given;
+    }
+    let shape = &values.tensors[index].shape;
     if let Some(stated) = &declared.shape {
         let fits =
             |(stated, side): (&Option<i64>, &usize)| stated.is_none_or(|stated| stated == *side as i64);
@@ -199,6 +303,7 @@ fn output(declared: &Declared, values: &Values) -> Result<(Port, usize), OnnxErr
     let port = Port {
         name: declared.name.clone(),
         shape: shape.clone(),
+        chosen_among: if is_choice { chosen_among } else { None },
     };
     Ok((port, index))
 }

@@ -25,5 +25,9 @@ pub const OPSET_VERSIONS: std::ops::RangeInclusive<i64> = 9..=25;
 /// The largest file, and the largest sum of its weights: more than any processor of a robot runs in a period.
 const MAX_BYTES: u64 = 256 << 20;
 
+/// The most operations of a run, in multiplications of a product of matrices: about a second of one core. They are counted
+/// from the shapes, before a node is run for the first time.
+const MAX_OPERATIONS: u64 = 1 << 31;
+
 #[cfg(test)]
 mod tests;

@@ -19,6 +19,8 @@ pub struct Port {
     pub name: String,
     /// Its dimensions, the last fastest. A dimension that the file leaves open, such as that of a batch, is 1.
     pub shape: Vec<usize>,
+    /// Of an output whose numbers are places that an `ArgMax` chose: among how many.
+    pub chosen_among: Option<usize>,
 }
 
 /// A network that was checked, with its weights and the numbers of its last run.
@@ -108,8 +110,9 @@ impl Network {
     /// If there are fewer inputs.
     pub fn input_mut(&mut self, index: usize) -> &mut [f32] {
         let (port, value) = &self.inputs[index];
-        let room = self.values[*value].room(&port.shape);
-        room.expect("an input has numbers of its shape")
+        let numbers = self.values[*value].floats_mut();
+        debug_assert_eq!(numbers.as_ref().map_or(0, |numbers| numbers.len()), port.count());
+        numbers.expect("an input has numbers")
     }
 
     /// Returns the numbers of an output of the last run. They may be NaN or infinite.
@@ -126,11 +129,12 @@ impl Network {
     /// Computes the outputs from the inputs.
     ///
     /// # Errors
-    /// None after a network was loaded, because shapes do not change; the error names the node.
+    /// NaN is among the numbers of which an `ArgMax` takes the highest, or whole numbers overflow; the error names the node.
+    /// Shapes do not change after a network was loaded. The outputs are then undefined.
     pub fn run(&mut self) -> Result<(), OnnxError> {
         self.steps
             .iter_mut()
-            .try_for_each(|step| step.run(&mut self.values))
+            .try_for_each(|step| step.run(&mut self.values, false))
     }
 }
 
@@ -141,12 +145,12 @@ impl core::fmt::Debug for Network {
 }
 
 impl NodeStep {
-    /// Computes the node.
-    pub(crate) fn run(&mut self, values: &mut [Tensor]) -> Result<(), OnnxError> {
+    /// Computes the node. A trial asks for shapes only.
+    pub(crate) fn run(&mut self, values: &mut [Tensor], is_trial: bool) -> Result<(), OnnxError> {
         for (room, output) in self.room.iter_mut().zip(&self.outputs) {
             core::mem::swap(room, &mut values[*output]);
         }
-        let inputs = Inputs::new(&self.inputs, values);
+        let inputs = Inputs::new(&self.inputs, values, is_trial);
         let ran = (self.operator)(&inputs, &mut self.room);
         for (room, output) in self.room.iter_mut().zip(&self.outputs) {
             core::mem::swap(room, &mut values[*output]);

@@ -2,17 +2,24 @@
 //! results would differ from those of the network that was trained.
 
 use crate::model::Stored;
-use crate::{MAX_BYTES, OnnxError};
+use crate::{MAX_BYTES, MAX_OPERATIONS, OnnxError};
+
+/// The most numbers that a node gives, 64 MB of them: a picture of 256 x 256 has 100 channels then.
+const MAX_NUMBERS: usize = 1 << 24;
+/// The most whole numbers that a node gives. They are shapes, axes and indices.
+const MAX_WHOLE: usize = 1 << 16;
 
 /// Numbers with a shape, the last dimension fastest.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Tensor {
     pub(crate) shape: Vec<usize>,
     pub(crate) data: Data,
+    /// What their computation takes, in multiplications of a product of matrices.
+    pub(crate) operations: u64,
 }
 
-/// The numbers. Whole ones are shapes, axes and indices, which are known before the first run.
-#[derive(Clone, Debug, PartialEq)]
+/// The numbers. Whole ones are shapes, axes and indices, which are known before the first run, and what an `ArgMax` chose.
+#[derive(Clone, Debug)]
 pub(crate) enum Data {
     Float(Vec<f32>),
     Integer(Vec<i64>),
@@ -25,28 +32,28 @@ pub(crate) const TYPE_INT64: i64 = 7;
 
 impl Default for Tensor {
     fn default() -> Self {
-        Self {
-            shape: vec![0],
-            data: Data::Float(Vec::new()),
-        }
+        Self::new(vec![0], Data::Float(Vec::new()))
     }
 }
 
 impl Tensor {
-    /// Returns whole numbers in a row.
-    pub(crate) fn integers(numbers: Vec<i64>) -> Self {
+    /// Returns numbers that nothing computes.
+    pub(crate) fn new(shape: Vec<usize>, data: Data) -> Self {
         Self {
-            shape: vec![numbers.len()],
-            data: Data::Integer(numbers),
+            shape,
+            data,
+            operations: 0,
         }
     }
 
+    /// Returns whole numbers in a row.
+    pub(crate) fn integers(numbers: Vec<i64>) -> Self {
+        Self::new(vec![numbers.len()], Data::Integer(numbers))
+    }
+
     pub(crate) fn zeros(shape: Vec<usize>) -> Result<Self, String> {
-        let count = count(&shape)?;
-        Ok(Self {
-            shape,
-            data: Data::Float(vec![0.0; count]),
-        })
+        let count = count(&shape, MAX_NUMBERS)?;
+        Ok(Self::new(shape, Data::Float(vec![0.0; count])))
     }
 
     /// Returns the numbers; an error if they are whole ones.
@@ -54,6 +61,14 @@ impl Tensor {
         match &self.data {
             Data::Float(numbers) => Ok(numbers),
             Data::Integer(_) => Err("it takes numbers of 32 bits here, not whole numbers".to_owned()),
+        }
+    }
+
+    /// Returns the numbers to change them.
+    pub(crate) fn floats_mut(&mut self) -> Result<&mut [f32], String> {
+        match &mut self.data {
+            Data::Float(numbers) => Ok(numbers),
+            Data::Integer(_) => Err("it has whole numbers".to_owned()),
         }
     }
 
@@ -65,47 +80,64 @@ impl Tensor {
         }
     }
 
-    /// Becomes numbers of this shape and returns their room, whose content is undefined.
-    pub(crate) fn room(&mut self, shape: &[usize]) -> Result<&mut [f32], String> {
-        let count = count(shape)?;
+    /// Becomes numbers of this shape and returns their room, whose content is undefined. Each of them takes `each` operations,
+    /// and nothing is reserved for more of them than a network may have.
+    pub(crate) fn room(&mut self, shape: &[usize], each: usize) -> Result<&mut [f32], String> {
+        let count = count(shape, MAX_NUMBERS)?;
+        self.operations = (count as u64).saturating_mul(each as u64);
+        if self.operations > MAX_OPERATIONS {
+            return Err(format!(
+                "its result of the shape {shape:?} takes {} operations, and {MAX_OPERATIONS} are the most of a network",
+                self.operations
+            ));
+        }
         self.shape.clear();
         self.shape.extend_from_slice(shape);
         if let Data::Integer(_) = self.data {
             self.data = Data::Float(Vec::new());
         }
-        match &mut self.data {
-            Data::Float(numbers) => {
-                numbers.resize(count, 0.0);
-                Ok(numbers)
-            }
-            Data::Integer(_) => Err("it has no numbers".to_owned()),
+        if let Data::Float(numbers) = &mut self.data {
+            numbers.resize(count, 0.0);
         }
+        self.floats_mut()
+    }
+
+    /// Becomes these whole numbers, of which there must be as many as the shape has.
+    pub(crate) fn put_whole(
+        &mut self,
+        shape: &[usize],
+        numbers: impl Iterator<Item = i64>,
+    ) -> Result<(), String> {
+        let count = count(shape, MAX_WHOLE)?;
+        *self = Self::new(shape.to_vec(), Data::Integer(numbers.take(count).collect()));
+        Ok(())
     }
 
     /// Becomes a copy with another shape of as many numbers.
     pub(crate) fn copy_from(&mut self, other: &Self, shape: &[usize]) -> Result<(), String> {
-        if count(shape)? != other.shape.iter().product::<usize>() {
+        let sides = other.shape.iter().product::<usize>();
+        if shape.iter().try_fold(1_usize, |all, side| all.checked_mul(*side)) != Some(sides) {
             return Err(format!("{:?} cannot have the shape {shape:?}", other.shape));
         }
         match &other.data {
-            Data::Float(numbers) => self.room(shape)?.copy_from_slice(numbers),
-            Data::Integer(numbers) => {
-                self.shape = shape.to_vec();
-                self.data = Data::Integer(numbers.clone());
-            }
+            Data::Float(numbers) => self.room(shape, 1)?.copy_from_slice(numbers),
+            Data::Integer(numbers) => self.put_whole(shape, numbers.iter().copied())?,
         }
         Ok(())
     }
 }
 
-/// Returns how many numbers a shape has.
-pub(crate) fn count(shape: &[usize]) -> Result<usize, String> {
-    let product = shape
+/// Returns how many numbers a shape has, which are `most` at most.
+pub(crate) fn count(shape: &[usize], most: usize) -> Result<usize, String> {
+    // A side of 0 beside long ones would make loops over nothing long.
+    let all = shape
         .iter()
-        .try_fold(1_usize, |product, side| product.checked_mul(*side));
-    match product {
-        Some(count) if count as u64 <= MAX_BYTES / 4 => Ok(count),
-        _ => Err(format!("a tensor of the shape {shape:?} is too large")),
+        .try_fold(1_usize, |product, side| product.checked_mul((*side).max(1)));
+    match all {
+        Some(all) if all <= most => Ok(if shape.contains(&0) { 0 } else { all }),
+        _ => Err(format!(
+            "a tensor of the shape {shape:?} is too large: {most} numbers are the most"
+        )),
     }
 }
 
@@ -121,7 +153,7 @@ impl Stored {
         let sides = self.shape.iter().map(|side| usize::try_from(*side).ok());
         let shape: Option<Vec<usize>> = sides.collect();
         let shape = shape.ok_or_else(|| wrong(format!("its shape is {:?}", self.shape)))?;
-        let expected = count(&shape).map_err(wrong)?;
+        let expected = count(&shape, MAX_BYTES as usize / 4).map_err(wrong)?;
         let raw = raw.or(self.raw.as_deref());
         let data = match (self.data_type, raw) {
             (TYPE_FLOAT, None) => Data::Float(self.floats.clone()),
@@ -151,7 +183,7 @@ impl Stored {
                 numbers[at]
             )));
         }
-        Ok(Tensor { shape, data })
+        Ok(Tensor::new(shape, data))
     }
 }
 

@@ -22,6 +22,12 @@ def numbers(*shape):
     return RANDOM.normal(scale=0.7, size=shape).astype(np.float32)
 
 
+def kind(nodes, name):
+    """Return the type of an output: places are whole numbers."""
+    is_place = any(name in node.output and node.op_type == "ArgMax" for node in nodes)
+    return TensorProto.INT64 if is_place else TensorProto.FLOAT
+
+
 def model(nodes, inputs, outputs, weights=None, opset=17):
     """Return a model; inputs are shapes by name, and outputs are names."""
     stored = [numpy_helper.from_array(np.asarray(value), name) for name, value in (weights or {}).items()]
@@ -29,7 +35,7 @@ def model(nodes, inputs, outputs, weights=None, opset=17):
         nodes,
         "network",
         [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in inputs.items()],
-        [helper.make_tensor_value_info(name, TensorProto.FLOAT, None) for name in outputs],
+        [helper.make_tensor_value_info(name, kind(nodes, name), None) for name in outputs],
         stored,
     )
     return helper.make_model(graph, opset_imports=[helper.make_opsetid("", opset)], ir_version=10)
@@ -244,8 +250,88 @@ def whole_networks():
     expected.extend(line.replace("case mlp", "case external") for line in expected[-3:])
 
 
+def choices():
+    """The highest of several, and what is at its place."""
+    for name, opset, attributes in [
+        ("argmax", 17, {"axis": 1, "keepdims": 0}),
+        ("argmax-11", 11, {"axis": -1}),
+        ("argmax-first", 13, {"axis": 0, "keepdims": 0}),
+    ]:
+        one(name, "ArgMax", [[2, 5]], opset=opset, **attributes)
+    # Equal ones, of which the first or the last is chosen.
+    for name, last in [("argmax-equal", 0), ("argmax-last", 1)]:
+        nodes = [
+            helper.make_node("Mul", ["in", "none"], ["zeros"]),
+            helper.make_node("ArgMax", ["zeros"], ["out"], axis=1, select_last_index=last),
+        ]
+        case(name, model(nodes, {"in": [2, 5]}, ["out"], {"none": np.float32(0.0)}))
+    one("reducelogsumexp", "ReduceLogSumExp", [[2, 3, 4]], axes=[1, -1], keepdims=0, scale=40.0)
+    one("reducelogsumexp-18", "ReduceLogSumExp", [[2, 3, 4]], {"axes": whole(1)}, opset=20)
+    one("gatherelements", "GatherElements", [[2, 3]], {"places": np.array([[2, -1], [0, 0]], np.int64)}, axis=1)
+    one("gatherelements-first", "GatherElements", [[2, 3]], {"places": np.array([[1, 0, 1]], np.int64)})
+    # What PyTorch writes for the logarithm of the probability of what was chosen.
+    nodes = [
+        helper.make_node("ArgMax", ["in"], ["best"], axis=1, keepdims=0),
+        helper.make_node("Unsqueeze", ["best", "end"], ["column"]),
+        helper.make_node("Add", ["column", "zero"], ["places"]),
+        helper.make_node("Expand", ["places", "wide"], ["rows"]),
+        helper.make_node("Slice", ["rows", "zero", "one", "one"], ["first"]),
+        helper.make_node("GatherElements", ["in", "first"], ["out"], axis=-1),
+        helper.make_node("Cast", ["places"], ["number"], to=TensorProto.FLOAT),
+    ]
+    weights = {"end": whole(-1), "zero": whole(0), "one": whole(1), "wide": whole(2, 5)}
+    case("chosen", model(nodes, {"in": [2, 5]}, ["out", "number"], weights))
+
+
+def huge():
+    """What takes more than a robot has, by its shapes alone."""
+
+    def filled(name, *sides):
+        return helper.make_node("ConstantOfShape", [name], [f"of {name}"]), {name: whole(*sides)}
+
+    left, sides = filled("side", 4096, 4096)
+    nodes = [
+        left,
+        helper.make_node("Add", ["of side", "in"], ["wide"]),
+        helper.make_node("MatMul", ["wide", "wide"], ["out"], name="product"),
+    ]
+    made = model(nodes, {"in": [1, 1]}, ["out"], sides)
+    refuse("huge-product", made, "node `product` (MatMul): its result of the shape [4096, 4096] takes 68736253952")
+    node = helper.make_node("Conv", ["in", "w"], ["out"], name="window", pads=[1500, 1500, 1500, 1500])
+    made = model([node], {"in": [1, 1, 99, 99]}, ["out"], {"w": numbers(1, 1, 99, 99)})
+    refuse("huge-window", made, "node `window` (Conv): its result of the shape [1, 1, 3001, 3001] takes")
+    node = helper.make_node("RNN", ["in", "w", "r"], ["out"], name="long", hidden_size=96)
+    weights = {"w": numbers(1, 96, 64), "r": numbers(1, 96, 96)}
+    made = model([node], {"in": [1 << 17, 1, 64]}, ["out"], weights)
+    refuse("huge-time", made, "node `long` (RNN): its result of the shape [131072, 1, 1, 96] takes 2214592512")
+    wide, sides = filled("side", 1 << 40, 1)
+    wide.name = "wide"
+    refuse(
+        "huge-memory",
+        model([wide, helper.make_node("Add", ["of side", "in"], ["out"])], {"in": [1, 1]}, ["out"], sides),
+        "node `wide` (ConstantOfShape): a tensor of the shape [1099511627776, 1] is too large",
+    )
+    made = model([helper.make_node("Relu", ["in"], ["out"])], {"in": [1 << 40, 1]}, ["out"])
+    refuse("huge-input", made, "tensor `in`: its numbers and those before it need too much memory")
+    # Each is small enough, and all together are not.
+    nodes = [
+        helper.make_node("Sum", [f"y{index}"] * 64, [f"y{index + 1}"], name=f"sum {index}") for index in range(64)
+    ]
+    made = model(nodes, {"y0": [1, 1 << 19]}, ["y64"])
+    refuse("huge-many", made, "node `sum 4` (Sum): it and the nodes before it take 2642411520 operations, and 2147483648")
+
+
 def refusals():
     """What must not run."""
+    nodes = [
+        helper.make_node("ArgMax", ["in"], ["best"], axis=1, keepdims=0),
+        helper.make_node("Expand", ["in", "best"], ["out"], name="wider"),
+    ]
+    words = "node `wider` (Expand): its input 1 is whole numbers that depend on the inputs"
+    refuse("chosen-shape", model(nodes, {"in": [1, 2]}, ["out"]), words)
+    node = helper.make_node("Cast", ["in"], ["out"], name="rounded", to=TensorProto.INT64)
+    words = "node `rounded` (Cast): it makes whole numbers of others that depend on the inputs"
+    refuse("whole", model([node], {"in": [1, 2]}, ["out"]), words)
     plain = helper.make_node("Relu", ["in"], ["out"], name="act")
     for opset in [8, 26]:
         refuse(f"opset-{opset}", model([plain], {"in": [1, 2]}, ["out"], opset=opset), f"the network has opset {opset}")
@@ -332,7 +418,7 @@ def main():
     for old in DATA.iterdir():
         if not old.name.startswith("sb3"):
             old.unlink()
-    for family in [elementwise, arithmetic, shapes, reductions, windows, recurrent, whole_networks, refusals]:
+    for family in [elementwise, arithmetic, shapes, reductions, windows, recurrent, whole_networks, choices, huge, refusals]:
         family()
     (DATA / "expected.txt").write_text("\n".join(expected) + "\n")
     (DATA / "refused.txt").write_text("\n".join(refused) + "\n")

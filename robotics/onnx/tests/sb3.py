@@ -11,13 +11,13 @@ import numpy as np
 import onnxruntime
 import torch
 from sb3_contrib import RecurrentPPO
-from stable_baselines3 import PPO, SAC
+from stable_baselines3 import DQN, PPO, SAC
 
 DATA = Path(__file__).with_name("data")
 
 
 class OnnxablePolicy(torch.nn.Module):
-    """The class of the page for PPO: action, value, and logarithm of the probability."""
+    """The class of the page for PPO: action, value, and logarithm of the probability; of DQN the action."""
 
     def __init__(self, policy):
         """Keep the policy, or the actor of SAC."""
@@ -59,6 +59,23 @@ class Robot(gymnasium.Env):
         return self.observation_space.sample(), -float(np.abs(action).sum()), False, False, {}
 
 
+class Chooser(Robot):
+    """Six numbers in, one of four commands out."""
+
+    action_space = gymnasium.spaces.Discrete(4)
+
+    def step(self, action):
+        """Reward what the first number asks for."""
+        wanted = int((self.seen[0] + 1) * 2)
+        self.seen = self.observation_space.sample()
+        return self.seen, float(action == wanted), False, False, {}
+
+    def reset(self, seed=None, options=None):
+        """Begin anywhere."""
+        self.seen, info = super().reset(seed=seed)
+        return self.seen, info
+
+
 def export(file, name, module, **inputs):
     """Keep a network, an input, and what onnxruntime gives."""
     path = DATA / f"{name}.onnx"
@@ -84,10 +101,15 @@ def main():
     sac = SAC("MlpPolicy", Robot(), learning_starts=50, policy_kwargs={"net_arch": layers}, **common).learn(120)
     memory = {"lstm_hidden_size": 8, "net_arch": layers}
     recurrent = RecurrentPPO("MlpLstmPolicy", Robot(), n_steps=64, policy_kwargs=memory, **common).learn(128)
+    dqn = DQN("MlpPolicy", Chooser(), learning_starts=50, policy_kwargs={"net_arch": layers}, **common).learn(2000)
+    discrete = PPO("MlpPolicy", Chooser(), n_steps=64, policy_kwargs={"net_arch": layers}, **common).learn(1000)
     seen = torch.randn(1, 6)
     with (DATA / "sb3.txt").open("w") as file:
         export(file, "sb3-ppo", OnnxablePolicy(ppo.policy), input=seen)
         export(file, "sb3-sac", OnnxablePolicy(sac.policy.actor), input=seen)
+        export(file, "sb3-dqn", OnnxablePolicy(dqn.policy), input=seen)
+        export(file, "sb3-dqn-scores", dqn.q_net, input=seen)
+        export(file, "sb3-discrete", OnnxablePolicy(discrete.policy), input=seen)
         h, c = torch.randn(1, 1, 8), torch.randn(1, 1, 8)
         export(file, "sb3-recurrent", OnnxableRecurrent(recurrent.policy), input=seen, h=h, c=c)
 

@@ -1,7 +1,7 @@
 //! Functions of single numbers, and arithmetic between tensors of shapes that fit. NaN stays NaN in each of them, because
 //! a network that loses its numbers must not drive.
 
-use super::{Arity, Compiled, Inputs, Operator};
+use super::{Arity, Compiled, FUNCTION, Inputs, Operator};
 use crate::attributes::Attributes;
 use crate::tensor::{Data, TYPE_FLOAT, TYPE_INT32, TYPE_INT64, Tensor};
 
@@ -162,27 +162,28 @@ fn cast(attributes: &Attributes<'_>) -> Compiled {
     if ![TYPE_FLOAT, TYPE_INT32, TYPE_INT64].contains(&to) {
         return Err(crate::tensor::refusal(to));
     }
-    Ok(Box::new(move |inputs, outputs| {
+    Ok(cast_to(to))
+}
+
+pub(super) fn cast_to(to: i64) -> Operator {
+    Box::new(move |inputs, outputs| {
         let input = inputs.get(0)?;
         match (&input.data, to) {
             (Data::Float(_), TYPE_FLOAT) | (Data::Integer(_), TYPE_INT32 | TYPE_INT64) => {
                 outputs[0].copy_from(input, &input.shape)?
             }
             (Data::Integer(whole), _) => {
-                let room = outputs[0].room(&input.shape)?;
+                let room = outputs[0].room(&input.shape, 1)?;
                 room.iter_mut()
                     .zip(whole)
                     .for_each(|(to, from)| *to = *from as f32);
             }
             (Data::Float(numbers), _) => {
-                outputs[0] = Tensor {
-                    shape: input.shape.clone(),
-                    data: Data::Integer(numbers.iter().map(|number| *number as i64).collect()),
-                };
+                outputs[0].put_whole(&input.shape, numbers.iter().map(|number| *number as i64))?;
             }
         }
         Ok(())
-    }))
+    })
 }
 
 fn unary(function: impl Fn(f32) -> f32 + Send + 'static) -> Operator {
@@ -191,7 +192,7 @@ fn unary(function: impl Fn(f32) -> f32 + Send + 'static) -> Operator {
 
 fn map(inputs: &Inputs<'_>, outputs: &mut [Tensor], function: impl Fn(f32) -> f32) -> Result<(), String> {
     let input = inputs.get(0)?;
-    let room = outputs[0].room(&input.shape)?;
+    let room = outputs[0].room(&input.shape, FUNCTION)?;
     for (to, from) in room.iter_mut().zip(input.floats()?) {
         *to = function(*from);
     }
@@ -206,22 +207,16 @@ fn binary(function: fn(f32, f32) -> f32, whole: Option<Whole>) -> Operator {
         let (a, b) = (inputs.get(0)?, inputs.get(1)?);
         if let (Data::Integer(first), Data::Integer(second), Some(whole)) = (&a.data, &b.data, whole) {
             let shape = broadcast(&a.shape, &b.shape)?;
+            outputs[0].put_whole(&shape, core::iter::repeat(0))?;
             let mut numbers = Vec::new();
-            let mut overflows = false;
             pairs(&shape, a, b, |left, right| {
-                let number = whole(first[left], second[right]);
-                overflows |= number.is_none();
-                numbers.push(number.unwrap_or(0));
+                numbers.push(whole(first[left], second[right]))
             });
-            let data = Data::Integer(numbers);
-            outputs[0] = Tensor { shape, data };
-            return if overflows {
-                Err("its whole numbers overflow".to_owned())
-            } else {
-                Ok(())
-            };
+            let numbers: Option<Vec<i64>> = numbers.into_iter().collect();
+            let numbers = numbers.ok_or("its whole numbers overflow")?;
+            return outputs[0].put_whole(&shape, numbers.into_iter());
         }
-        combine(a, b, &mut outputs[0], function)
+        combine(a, b, FUNCTION, &mut outputs[0], function)
     })
 }
 
@@ -231,17 +226,30 @@ fn folded(function: fn(f32, f32) -> f32) -> Operator {
         copy(inputs, outputs)?;
         for index in 1..inputs.len() {
             let sum = core::mem::take(&mut outputs[0]);
-            combine(&sum, inputs.get(index)?, &mut outputs[0], function)?;
+            // What the last one counts is all of them.
+            combine(
+                &sum,
+                inputs.get(index)?,
+                index * FUNCTION,
+                &mut outputs[0],
+                function,
+            )?;
         }
         outputs[0].floats().map(drop)
     })
 }
 
-/// Computes a function of each pair of numbers.
-fn combine(a: &Tensor, b: &Tensor, to: &mut Tensor, function: fn(f32, f32) -> f32) -> Result<(), String> {
+/// Computes a function of each pair of numbers, which takes so many operations.
+pub(super) fn combine(
+    a: &Tensor,
+    b: &Tensor,
+    each: usize,
+    to: &mut Tensor,
+    function: fn(f32, f32) -> f32,
+) -> Result<(), String> {
     let (first, second) = (a.floats()?, b.floats()?);
     let shape = broadcast(&a.shape, &b.shape)?;
-    let room = to.room(&shape)?;
+    let room = to.room(&shape, each)?;
     if a.shape == b.shape {
         for ((to, a), b) in room.iter_mut().zip(first).zip(second) {
             *to = function(*a, *b);

@@ -90,7 +90,7 @@ fn gemm(
         return Err(format!("the matrices {:?} and {:?} do not fit", a.shape, b.shape));
     }
     let (a, b) = (a.floats()?, b.floats()?);
-    let room = to.room(&[rows, columns])?;
+    let room = to.room(&[rows, columns], inner + 1)?;
     room.fill(0.0);
     if columns == 0 {
         return Ok(());
@@ -161,7 +161,7 @@ fn matmul(a: &Tensor, b: &Tensor, to: &mut Tensor) -> Result<(), String> {
         shape.push(columns);
     }
     let (numbers_a, numbers_b) = (a.floats()?, b.floats()?);
-    let room = to.room(&shape)?;
+    let room = to.room(&shape, inner + 1)?;
     room.fill(0.0);
     if columns == 0 {
         return Ok(());

@@ -1,6 +1,7 @@
 //! The operators. Each is compiled once from its node and its version, and computes as <https://onnx.ai/onnx/operators>
 //! defines it; attributes that it does not know are refused.
 
+mod choose;
 mod elementwise;
 mod matrix;
 mod normalize;
@@ -11,10 +12,16 @@ mod window;
 
 use crate::attributes::Attributes;
 use crate::model::Node;
-use crate::tensor::Tensor;
+use crate::tensor::{TYPE_FLOAT, Tensor};
 
 /// Computes the outputs of a node from its inputs. An error says what does not fit.
 pub(crate) type Operator = Box<dyn Fn(&Inputs<'_>, &mut [Tensor]) -> Result<(), String> + Send>;
+
+/// Operations of a number, in multiplications of a product of matrices: that a function is computed of; that is found
+/// among others by its place; and of a window, for each of its taps.
+const FUNCTION: usize = 16;
+const PLACE: usize = 8;
+const TAP: usize = 4;
 
 /// How many inputs and outputs an operator has at most.
 type Arity = (usize, usize);
@@ -26,11 +33,17 @@ type Compiled = Result<Operator, String>;
 pub(crate) struct Inputs<'a> {
     indices: &'a [Option<usize>],
     values: &'a [Tensor],
+    /// Whether only shapes are asked for, and the numbers are none of a policy.
+    is_trial: bool,
 }
 
 impl<'a> Inputs<'a> {
-    pub(crate) fn new(indices: &'a [Option<usize>], values: &'a [Tensor]) -> Self {
-        Self { indices, values }
+    pub(crate) fn new(indices: &'a [Option<usize>], values: &'a [Tensor], is_trial: bool) -> Self {
+        Self {
+            indices,
+            values,
+            is_trial,
+        }
     }
 
     /// Returns an input that must be there.
@@ -53,6 +66,11 @@ impl<'a> Inputs<'a> {
     }
 }
 
+/// Returns whole numbers as numbers of 32 bits.
+pub(crate) fn as_floats() -> Operator {
+    elementwise::cast_to(TYPE_FLOAT)
+}
+
 /// Compiles a node.
 ///
 /// # Errors
@@ -64,6 +82,7 @@ pub(crate) fn compile(node: &Node, opset: i64) -> Compiled {
         matrix::compile,
         shape::compile,
         reduce::compile,
+        choose::compile,
         normalize::compile,
         window::compile,
         recurrent::compile,

@@ -1,7 +1,7 @@
 //! Softmax, and normalisations by statistics.
 
 use super::elementwise::greater;
-use super::{Arity, Operator, around, axis};
+use super::{Arity, FUNCTION, Operator, PLACE, around, axis};
 use crate::attributes::Attributes;
 use crate::tensor::Tensor;
 
@@ -70,7 +70,7 @@ fn softmax(input: &Tensor, at: i64, joins: bool, is_log: bool, to: &mut Tensor) 
         (side, after) = (side * after, 1);
     }
     let numbers = input.floats()?;
-    let room = to.room(&input.shape)?;
+    let room = to.room(&input.shape, 2 * FUNCTION)?;
     for outer in 0..before {
         for inner in 0..after {
             let place = |index: usize| (outer * side + index) * after + inner;
@@ -113,7 +113,7 @@ fn layer(
     }
     let (numbers, scale) = (input.floats()?, scale.floats()?);
     let bias = bias.map(Tensor::floats).transpose()?;
-    let room = to.room(&input.shape)?;
+    let room = to.room(&input.shape, PLACE)?;
     for (to, row) in room.chunks_exact_mut(length).zip(numbers.chunks_exact(length)) {
         let mean = row.iter().sum::<f32>() / length as f32;
         let variance = row.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>() / length as f32;
@@ -141,7 +141,7 @@ fn batch(input: &Tensor, statistics: [&Tensor; 4], epsilon: f32, to: &mut Tensor
     );
     let length = input.shape[2..].iter().product::<usize>();
     let numbers = input.floats()?;
-    let room = to.room(&input.shape)?;
+    let room = to.room(&input.shape, PLACE)?;
     for row in 0..rows {
         for channel in 0..channels {
             let factor = scale[channel] / (variance[channel] + epsilon).sqrt();

@@ -3,7 +3,7 @@
 
 use super::elementwise::sigmoid;
 use super::matrix::dot;
-use super::{Arity, Inputs, Operator};
+use super::{Arity, FUNCTION, Inputs, Operator};
 use crate::attributes::Attributes;
 use crate::tensor::Tensor;
 
@@ -94,7 +94,7 @@ impl Weights<'_> {
 }
 
 fn run(layer: Layer, stated: Option<i64>, inputs: &Inputs<'_>, outputs: &mut [Tensor]) -> Result<(), String> {
-    let gates = match layer {
+    let gates: usize = match layer {
         Layer::Rnn => 1,
         Layer::Gru { .. } => 3,
         Layer::Lstm => 4,
@@ -106,7 +106,9 @@ fn run(layer: Layer, stated: Option<i64>, inputs: &Inputs<'_>, outputs: &mut [Te
             x.shape, r.shape
         ));
     };
-    let fits = w.shape == [1, gates * hidden, width] && r.shape == [1, gates * hidden, hidden];
+    // A matrix without rows may state any width.
+    let units = gates.saturating_mul(hidden);
+    let fits = w.shape == [1, units, width] && r.shape == [1, units, hidden];
     if !fits || stated.is_some_and(|stated| stated != hidden as i64) {
         return Err(format!("the weights {:?} and {:?} do not fit", w.shape, r.shape));
     }
@@ -114,10 +116,12 @@ fn run(layer: Layer, stated: Option<i64>, inputs: &Inputs<'_>, outputs: &mut [Te
         return Err("lengths of sequences and peepholes are not run".to_owned());
     }
     let biases = match inputs.optional(3) {
-        Some(bias) if bias.shape == [1, 2 * gates * hidden] => Some(bias.floats()?.split_at(gates * hidden)),
+        Some(bias) if bias.shape == [1, units.saturating_mul(2)] => Some(bias.floats()?.split_at(units)),
         Some(bias) => return Err(format!("its bias has the shape {:?}", bias.shape)),
         None => None,
     };
+    let each = gates.saturating_mul(width.saturating_add(hidden).saturating_add(FUNCTION));
+    let all = outputs[0].room(&[times, 1, batch, hidden], each)?;
     let start = |index| match inputs.optional(index) {
         Some(state) if state.shape == [1, batch, hidden] => Ok(state.floats()?.to_vec()),
         Some(state) => Err(format!(
@@ -142,7 +146,6 @@ fn run(layer: Layer, stated: Option<i64>, inputs: &Inputs<'_>, outputs: &mut [Te
     };
     let numbers = x.floats()?;
     let mut next = vec![0.0; hidden];
-    let all = outputs[0].room(&[times, 1, batch, hidden])?;
     for (row, to) in all.chunks_exact_mut(hidden.max(1)).enumerate() {
         let one = row % batch;
         let x = &numbers[row * width..][..width];
@@ -168,7 +171,7 @@ fn run(layer: Layer, stated: Option<i64>, inputs: &Inputs<'_>, outputs: &mut [Te
         to.copy_from_slice(&next);
     }
     for (output, last) in outputs[1..].iter_mut().zip([h, c]) {
-        output.room(&[1, batch, hidden])?.copy_from_slice(&last);
+        output.room(&[1, batch, hidden], 1)?.copy_from_slice(&last);
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Sums, means and extremes along axes.
 
-use super::elementwise::greater;
-use super::{Arity, Operator, axes};
+use super::elementwise::{combine, greater};
+use super::{Arity, FUNCTION, Operator, PLACE, axes};
 use crate::attributes::Attributes;
 use crate::tensor::Tensor;
 
@@ -22,12 +22,14 @@ pub(super) fn compile(
     let sum: fn(f32, f32) -> f32 = |sum, number| sum + number;
     let result: fn(f32, f32) -> f32 = |sum, _| sum;
     let reduction = |first, add, finish| Reduction { first, add, finish };
+    let most = reduction(f32::NEG_INFINITY, greater, result);
+    let is_log = name == "ReduceLogSumExp";
     let reduction = match name {
-        "ReduceSum" => reduction(0.0, sum, result),
+        "ReduceSum" | "ReduceLogSumExp" => reduction(0.0, sum, result),
         "ReduceMean" => reduction(0.0, sum, |sum, count| sum / count),
         "ReduceSumSquare" => reduction(0.0, |sum, number| sum + number * number, result),
         "ReduceL2" => reduction(0.0, |sum, number| sum + number * number, |sum, _| sum.sqrt()),
-        "ReduceMax" => reduction(f32::NEG_INFINITY, greater, result),
+        "ReduceMax" => most,
         "ReduceMin" => reduction(f32::INFINITY, |a, b| -greater(-a, -b), result),
         _ => return Ok(None),
     };
@@ -51,10 +53,28 @@ pub(super) fn compile(
             Some(along) => axes(along, input.shape.len())?,
             None => (0..input.shape.len()).collect(),
         };
-        reduce(input, &along, keeps, reduction, &mut outputs[0])
+        if !is_log {
+            return reduce(input, &along, keeps, reduction, &mut outputs[0]);
+        }
+        // The exponentials of differences to the greatest number, of which none is too large.
+        let (mut greatest, mut raised) = (Tensor::default(), Tensor::default());
+        reduce(input, &along, true, most, &mut greatest)?;
+        let raise = |number, most| libm::expf(number - shift(most));
+        combine(input, &greatest, 2 * FUNCTION, &mut raised, raise)?;
+        reduce(&raised, &along, keeps, reduction, &mut outputs[0])?;
+        outputs[0].operations += greatest.operations + raised.operations;
+        for (to, most) in outputs[0].floats_mut()?.iter_mut().zip(greatest.floats()?) {
+            *to = libm::logf(*to) + shift(*most);
+        }
+        Ok(())
     });
     let most_inputs = if opset < by_input { 1 } else { 2 };
     Ok(Some(((most_inputs, 1), operator)))
+}
+
+/// What exponents are less by: nothing if the greatest number is infinite.
+fn shift(most: f32) -> f32 {
+    if most.is_infinite() { 0.0 } else { most }
 }
 
 fn reduce(
@@ -79,7 +99,7 @@ fn reduce(
     if count == 0 {
         return Err("it combines no numbers".to_owned());
     }
-    let room = to.room(&kept)?;
+    let room = to.room(&kept, count.saturating_mul(PLACE))?;
     room.fill(by.first);
     let mut at = vec![0; kept.len()];
     let mut place = 0;

@@ -1,9 +1,9 @@
 //! What moves numbers and computes none: shapes, parts, orders.
 
 use super::elementwise::{broadcast, steps};
-use super::{Arity, Compiled, Inputs, Operator, around, axes, axis};
+use super::{Arity, Compiled, Inputs, Operator, PLACE, around, axes, axis};
 use crate::attributes::Attributes;
-use crate::tensor::{Data, Tensor, count};
+use crate::tensor::{Data, Tensor};
 
 /// The most inputs of a concatenation, and outputs of a split.
 const MAX_TENSORS: usize = 64;
@@ -93,18 +93,9 @@ pub(super) fn compile(
 }
 
 fn constant(attributes: &Attributes<'_>) -> Compiled {
-    let one = |number| Tensor {
-        shape: Vec::new(),
-        data: Data::Float(vec![number]),
-    };
-    let whole = |number| Tensor {
-        shape: Vec::new(),
-        data: Data::Integer(vec![number]),
-    };
-    let row = |numbers: &[f32]| Tensor {
-        shape: vec![numbers.len()],
-        data: Data::Float(numbers.to_vec()),
-    };
+    let one = |number| Tensor::new(Vec::new(), Data::Float(vec![number]));
+    let whole = |number| Tensor::new(Vec::new(), Data::Integer(vec![number]));
+    let row = |numbers: &[f32]| Tensor::new(vec![numbers.len()], Data::Float(numbers.to_vec()));
     let stated = [
         attributes.tensor("value")?,
         attributes.stated_float("value_float")?.map(one),
@@ -130,10 +121,8 @@ fn constant(attributes: &Attributes<'_>) -> Compiled {
 }
 
 fn filled(attributes: &Attributes<'_>) -> Compiled {
-    let value = attributes.tensor("value")?.unwrap_or(Tensor {
-        shape: vec![1],
-        data: Data::Float(vec![0.0]),
-    });
+    let zero = || Tensor::new(vec![1], Data::Float(vec![0.0]));
+    let value = attributes.tensor("value")?.unwrap_or_else(zero);
     Ok(Box::new(move |inputs, outputs| {
         let shape = sides(inputs.get(0)?.whole()?)?;
         let zero = vec![0; shape.len()];
@@ -173,7 +162,11 @@ fn reshaped(from: &[usize], stated: &[i64], zero_is_zero: bool) -> Result<Vec<us
             side => usize::try_from(*side).map_err(|_| wrong())?,
         });
     }
-    let (whole, known) = (count(from)?, count(&shape)?);
+    let whole = from.iter().product::<usize>();
+    let known = shape
+        .iter()
+        .try_fold(1_usize, |known, side| known.checked_mul(*side));
+    let known = known.ok_or_else(wrong)?;
     if let Some(at) = open {
         if known == 0 || whole % known != 0 {
             return Err(wrong());
@@ -258,10 +251,9 @@ fn pick(
     steps: &[isize],
     to: &mut Tensor,
 ) -> Result<(), String> {
-    let count = count(shape)?;
     let mut at = vec![0; shape.len()];
     let mut place = first as isize;
-    let mut places = core::iter::from_fn(move || {
+    let places = core::iter::from_fn(move || {
         let taken = place;
         for axis in (0..at.len()).rev() {
             at[axis] += 1;
@@ -273,21 +265,14 @@ fn pick(
             at[axis] = 0;
         }
         Some(taken as usize)
-    })
-    .take(count);
+    });
     match &from.data {
         Data::Float(numbers) => to
-            .room(shape)?
+            .room(shape, PLACE)?
             .iter_mut()
             .zip(places)
             .for_each(|(to, place)| *to = numbers[place]),
-        Data::Integer(numbers) => {
-            let data = Data::Integer(places.by_ref().map(|place| numbers[place]).collect());
-            *to = Tensor {
-                shape: shape.to_vec(),
-                data,
-            };
-        }
+        Data::Integer(numbers) => to.put_whole(shape, places.map(|place| numbers[place]))?,
     }
     Ok(())
 }
@@ -323,7 +308,7 @@ fn concat(inputs: &Inputs<'_>, at: i64, to: &mut Tensor) -> Result<(), String> {
         return Ok(());
     }
     let (before, ..) = around(&shape, at);
-    let room = to.room(&shape)?;
+    let room = to.room(&shape, 1)?;
     let mut written = 0;
     for outer in 0..before {
         for part in &parts {
@@ -472,11 +457,10 @@ fn gather(input: &Tensor, indices: &Tensor, at: i64, to: &mut Tensor) -> Result<
         .map(|index| axis(*index, side))
         .collect::<Result<Vec<_>, _>>()?;
     let shape = [&input.shape[..at], &indices.shape, &input.shape[at + 1..]].concat();
-    let total = count(&shape)?;
     let all = (0..before).flat_map(|outer| places.iter().map(move |place| (outer * side + place) * after));
     match &input.data {
         Data::Float(numbers) => {
-            let room = to.room(&shape)?;
+            let room = to.room(&shape, 1)?;
             if after > 0 {
                 room.chunks_exact_mut(after)
                     .zip(all)
@@ -484,13 +468,9 @@ fn gather(input: &Tensor, indices: &Tensor, at: i64, to: &mut Tensor) -> Result<
             }
         }
         Data::Integer(numbers) => {
-            let data = Data::Integer(
-                all.flat_map(|start| numbers[start..][..after].iter().copied())
-                    .collect(),
-            );
-            *to = Tensor { shape, data };
+            let taken = all.flat_map(|start| numbers[start..][..after].iter().copied());
+            to.put_whole(&shape, taken)?;
         }
     }
-    debug_assert_eq!(to.shape.iter().product::<usize>(), total, "all are taken");
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Convolution and pooling of rows and of pictures.
 
 use super::elementwise::greater;
-use super::{Arity, Operator};
+use super::{Arity, Operator, TAP};
 use crate::attributes::Attributes;
 use crate::tensor::Tensor;
 
@@ -235,7 +235,10 @@ fn convolve(
     let bias = bias.map(Tensor::floats).transpose()?;
     let (plane, taps) = (down.side * right.side, down.kernel * right.kernel);
     let out = down.count * right.count;
-    let room = to.room(&shape)?;
+    let room = to.room(
+        &shape,
+        TAP.saturating_mul(depth.saturating_mul(taps).saturating_add(1)),
+    )?;
     for picture in 0..batch {
         for output in 0..kernels {
             let first = output / (kernels / group) * depth;
@@ -280,7 +283,8 @@ fn pool(
     shape.extend([down.count, right.count].iter().skip(2 - sides.len()));
     let plane = down.side * right.side;
     let numbers = input.floats()?;
-    let mut results = to.room(&shape)?.iter_mut();
+    let taps = down.kernel.saturating_mul(right.kernel);
+    let mut results = to.room(&shape, taps.saturating_mul(TAP))?.iter_mut();
     for from in numbers.chunks_exact(plane.max(1)) {
         for (y, x) in (0..down.count).flat_map(|y| (0..right.count).map(move |x| (y, x))) {
             let covered = down
