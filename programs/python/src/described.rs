@@ -134,6 +134,12 @@ impl DescribedPolicy {
         self.state.lock().observer.bounds()
     }
 
+    /// Among how many commands the network chooses; `None` if it gives numbers of a command.
+    #[getter]
+    fn choices(&self) -> Option<usize> {
+        self.policy.choices()
+    }
+
     /// The least and the greatest number of the network for each number that it commands.
     fn action_bounds(&self) -> Vec<(f32, f32)> {
         self.policy.action_bounds()
@@ -181,7 +187,8 @@ impl DescribedPolicy {
         self.run.get().until_time(py, until)
     }
 
-    /// Returns the numbers of a network that would have given a velocity: ahead and to the left, m/s, and the turn rate, rad/s.
+    /// Returns the numbers of a network that would have given a velocity: ahead and to the left, m/s, and the turn rate, rad/s;
+    /// or the number of the choice that is nearest to it.
     fn action_of(&self, command: [f64; 3]) -> Vec<f64> {
         self.policy.action(command)
     }

@@ -207,6 +207,35 @@ def test_the_file_of_a_policy_states_what_is_observed_and_commanded(described: P
     assert observation[6] == pytest.approx(0.25), "and the last command is observed"
 
 
+def test_the_file_of_a_policy_that_chooses_has_a_discrete_space(described: Path) -> None:
+    file = described.with_name("policy.toml")
+    inputs = file.read_text().split("[[output]]")[0]
+    commands = "{}, { linear.x = 0.4 }, { linear.x = 0.2, angular.z = -0.5 }"
+    file.write_text(f"{inputs}[choices]\ncommands = [{commands}]\n")
+    env = of_file(described)
+    assert env.action_space == gymnasium.spaces.Discrete(3)
+    env.reset(seed=1)
+    observation, _, _, _, _ = env.step(np.int64(2))
+    command = env.run["robot.velocity"]
+    assert (command.linear.x, command.angular.z) == (pytest.approx(0.2), pytest.approx(-0.5))
+    assert observation[6] == pytest.approx(-0.5), "the last command is observed, not its number"
+    assert env.action_of(command) == 2
+    env.step(1)
+    assert env.action_of(env.run["robot.velocity"]) == 1
+    with pytest.raises(ValueError, match="`policy` chooses one of 3 commands, 0 to 2, and not 3"):
+        env.step(3)
+    with pytest.raises(ValueError, match="the shape of an action is"):
+        env.step(np.array([1]))
+
+
+@pytest.mark.filterwarnings("ignore:.*Box observation space (m|max)[a-z]* value is -?infinity.*")
+def test_the_checker_of_gymnasium_accepts_a_policy_that_chooses(described: Path) -> None:
+    file = described.with_name("policy.toml")
+    inputs = file.read_text().split("[[output]]")[0]
+    file.write_text(inputs + "[choices]\ncommands = [{}, { linear.x = 0.4 }]\n")
+    check_env(of_file(described), skip_render_check=True)
+
+
 def test_a_step_must_be_that_of_the_file(described: Path) -> None:
     with pytest.raises(ValueError, match=r"a step is 0.2 s, and the policy's file states 0.1 s"):
         of_file(described, step=0.2)

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::choices::Choices;
 use crate::chunk::ChunkRule;
 use crate::scale::Scale;
 
@@ -33,6 +34,7 @@ pub(crate) struct PolicyFile {
     pub(crate) roles: Vec<Role>,
     pub(crate) inputs: Vec<Input>,
     pub(crate) outputs: Vec<Output>,
+    pub(crate) choices: Option<Choices>,
     pub(crate) value: Option<Pick>,
     pub(crate) scores: Option<Pick>,
     pub(crate) memory: Vec<Memory>,

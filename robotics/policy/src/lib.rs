@@ -4,6 +4,7 @@
 //! The crate reads files and values, and runs a network. It reads no port, commands nothing, and judges no command. The same
 //! values give the same decision to the bit.
 
+mod choices;
 mod chunk;
 mod doubt;
 mod file;

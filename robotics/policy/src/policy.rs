@@ -6,6 +6,7 @@ use jde_abi::describe::Type;
 use jde_document::{FaultReport, Faults, Section, parse, quote, quote_all};
 use jde_onnx::{Network, Port};
 
+use crate::choices::Choices;
 use crate::chunk::{self, ChunkRule};
 use crate::file::{Doubt, DoubtKind, Pick, PolicyFile};
 use crate::observe::Observer;
@@ -87,22 +88,33 @@ impl Policy {
         self.file.chunk
     }
 
-    /// Returns how many numbers it commands.
+    /// Whether it commands anything.
     #[must_use]
-    pub fn commands(&self) -> usize {
-        self.file.outputs.len()
+    pub fn commands(&self) -> bool {
+        !self.file.outputs.is_empty() || self.file.choices.is_some()
     }
 
-    /// Returns the least and the greatest number of the network for each number that it commands.
+    /// Returns among how many commands its network chooses; `None` if it gives numbers of a command.
+    #[must_use]
+    pub fn choices(&self) -> Option<usize> {
+        self.file.choices.as_ref().map(|choices| choices.commands.len())
+    }
+
+    /// Returns the least and the greatest number of the network for each number that it commands; none if it chooses.
     #[must_use]
     pub fn action_bounds(&self) -> Vec<(f32, f32)> {
         self.file.outputs.iter().map(file::Output::range).collect()
     }
 
-    /// Returns the command for numbers of a network, in the order of the file's outputs: ahead, to the left, and the turn
-    /// rate.
+    /// Returns the command for numbers of a network, in the order of the file's outputs, or for the number of a choice: ahead,
+    /// to the left, and the turn rate. It stands for a number that is no choice.
     #[must_use]
     pub fn command(&self, action: &[f64]) -> [f64; 3] {
+        if let Some(choices) = &self.file.choices {
+            let chosen = action.first().filter(|number| **number >= 0.0);
+            let chosen = chosen.and_then(|number| choices.commands.get(*number as usize));
+            return chosen.copied().unwrap_or_default();
+        }
         let mut command = [0.0; 3];
         for (output, number) in self.file.outputs.iter().zip(action) {
             command[output.axis.index()] = output.command(*number);
@@ -110,9 +122,12 @@ impl Policy {
         command
     }
 
-    /// Returns the numbers of a network that would have given a command.
+    /// Returns the numbers of a network that would have given a command, or the number of the choice that is nearest to it.
     #[must_use]
     pub fn action(&self, command: [f64; 3]) -> Vec<f64> {
+        if let Some(choices) = &self.file.choices {
+            return vec![choices.nearest(command) as f64];
+        }
         let outputs = self.file.outputs.iter();
         outputs
             .map(|output| output.number(command[output.axis.index()]))
@@ -193,6 +208,15 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
     let picked = |report: &mut FaultReport<'_>, pick: &Pick, is_one: bool| {
         let output = find(report, &outputs, pick.of.as_ref(), &pick.span, "output")?;
         let count = outputs[output].count();
+        if outputs[output].chosen_among.is_some() {
+            let message = format!(
+                "the network's {} is the number of a choice",
+                quote(&outputs[output].name)
+            );
+            let fault = report.fault(&pick.span, message);
+            fault.advise("state the commands among which it chooses, in [choices]");
+            return None;
+        }
         if count == 0 || is_one && pick.index >= count {
             let message = format!(
                 "the network's {} has {count} numbers, and none at {}",
@@ -213,6 +237,12 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
             Some((output.clone(), of, width))
         })
         .collect();
+    let choices = file.choices.as_ref().map(|choices| {
+        let Choices { pick, commands } = choices;
+        let output = find(report, &outputs, pick.of.as_ref(), &pick.span, "output")?;
+        let chosen_by = choices.chosen_by(report, &outputs[output])?;
+        Some((commands.clone(), output, chosen_by))
+    });
     let value = file
         .value
         .as_ref()
@@ -230,6 +260,7 @@ fn connect(report: &mut FaultReport<'_>, file: &PolicyFile, network: Network) ->
         places,
         outputs: commands.into_iter().flatten().collect(),
         commands: vec![[0.0; 3]; file.chunk.map_or(1, |chunk| chunk.steps)],
+        choices: choices.flatten(),
         memory,
         value: value.flatten(),
         scores: scores.flatten(),

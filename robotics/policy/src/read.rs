@@ -6,12 +6,12 @@ use jde_document::section::{integer, number};
 use jde_document::{Checked, FaultReport, Node, Section, WrongValue, quote, quote_all};
 use toml::de::DeValue;
 
-use crate::chunk;
 use crate::file::{
     Axis, COMMAND_AXES, Colours, Doubt, DoubtKind, Input, Kind, Memory, Output, Pick, PolicyFile, Role,
     Source,
 };
 use crate::scale::{Normal, Scale};
+use crate::{choices, chunk};
 
 /// The most numbers of one input, and values of one stack.
 const MAX_COUNT: usize = 10_000;
@@ -31,7 +31,8 @@ const COMMON_KEYS: [&str; 8] = ["limit", "range", "mean", "std", "clip", "stack"
 /// Reads the tables of a file. Returns none after a fault.
 pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<PolicyFile> {
     let known = [
-        "network", "period", "doc", "input", "output", "memory", "value", "scores", "doubt", "chunk",
+        "network", "period", "doc", "input", "output", "choices", "memory", "value", "scores", "doubt",
+        "chunk",
     ];
     root.refuse_unknown(report, &known);
     let network = root.required(report, "network", |node| match node.get_ref().as_str() {
@@ -67,6 +68,10 @@ pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<Polic
         None => Some(None),
         Some(_) => doubt(report, root).map(Some),
     };
+    let choices = match root.get("choices") {
+        None => Some(None),
+        Some(_) => choices::read(report, root).map(Some),
+    };
     let chunk = match root.get("chunk") {
         None => Some(None),
         Some(_) => chunk::read(report, root).map(Some),
@@ -84,6 +89,7 @@ pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<Polic
         roles,
         inputs: inputs?,
         outputs: outputs?,
+        choices: choices?,
         value: value?,
         scores: scores?,
         memory: memory?,
@@ -91,6 +97,7 @@ pub(crate) fn read(report: &mut FaultReport, root: &Section<'_>) -> Option<Polic
         chunk: chunk?,
     };
     commands_once(report, &file.outputs);
+    choices::check(report, root, &file);
     chunk::check(report, root, &file);
     (report.count() == 0).then_some(file)
 }
@@ -388,7 +395,7 @@ fn doubt(report: &mut FaultReport, root: &Section<'_>) -> Option<Doubt> {
     })
 }
 
-fn pick(report: &mut FaultReport, section: &Section<'_>) -> Option<Pick> {
+pub(crate) fn pick(report: &mut FaultReport, section: &Section<'_>) -> Option<Pick> {
     let of = section.optional(report, "of", None, |node| name(node).map(Some));
     let index = section.optional(report, "index", 0, |node| whole(node, 0, MAX_COUNT));
     Some(Pick {
@@ -451,7 +458,7 @@ pub(crate) fn whole(node: &Node<'_>, least: usize, most: usize) -> Checked<usize
 }
 
 /// A number of a list; magnitudes beyond are mistakes, and would overflow 32 bits.
-fn one(node: &Node<'_>) -> Checked<f64> {
+pub(crate) fn one(node: &Node<'_>) -> Checked<f64> {
     within(node, -1e9, 1e9, "a number")
 }
 

@@ -2,6 +2,7 @@
 
 use jde_onnx::Network;
 
+use crate::choices::ChosenBy;
 use crate::file::{Doubt, Output};
 
 /// What a network decided.
@@ -9,6 +10,8 @@ use crate::file::{Doubt, Output};
 pub struct Decision {
     /// Speeds ahead and to the left, m/s, and the turn rate, rad/s, within their bounds. Of a chunk, the first ones.
     pub command: [f64; 3],
+    /// The number of the command among those that the file lists, from 0; `None` if it lists none.
+    pub choice: Option<usize>,
     /// What the network expects of the future, if the file names it.
     pub value: Option<f64>,
     /// How unsure it is, in the unit of the file's `certain`; `None` if the file states no doubt.
@@ -37,6 +40,8 @@ pub struct Runner {
     pub(crate) places: Vec<(usize, usize, usize)>,
     /// For each number of a command, the network's output, and how many numbers of it are of one command.
     pub(crate) outputs: Vec<(Output, usize, usize)>,
+    /// The commands among which the network chooses, the output that says what it chose, and how.
+    pub(crate) choices: Option<(Vec<[f64; 3]>, usize, ChosenBy)>,
     /// What was decided last, in the order in which it is due.
     pub(crate) commands: Vec<[f64; 3]>,
     /// Inputs and outputs of the network that are its memory.
@@ -60,7 +65,8 @@ impl Runner {
     /// Returns what the network decides by an observation. What it remembers changes with each call.
     ///
     /// # Errors
-    /// The network gave a number that is not finite. What it remembered is forgotten then, because it may contain it.
+    /// The network gave a number that is not finite, or it chose by one. What it remembered is forgotten then, because it may
+    /// contain it.
     pub fn step(&mut self, observation: &[f32]) -> Result<Decision, String> {
         let mut from = 0;
         for (input, start, count) in &self.places {
@@ -68,8 +74,8 @@ impl Runner {
                 .copy_from_slice(&observation[from..][..*count]);
             from += count;
         }
-        self.network.run().map_err(|error| error.to_string())?;
-        let decision = self.decide();
+        let ran = self.network.run().map_err(|error| error.to_string());
+        let decision = ran.and_then(|()| self.decide());
         match &decision {
             Ok(_) => {
                 for (input, output) in self.memory.clone() {
@@ -84,6 +90,7 @@ impl Runner {
 
     fn decide(&mut self) -> Result<Decision, String> {
         let used = (self.outputs.iter().map(|(_, output, _)| *output))
+            .chain(self.choices.as_ref().map(|(_, output, _)| *output))
             .chain(self.memory.iter().map(|(_, output)| *output))
             .chain(self.value.map(|(output, _)| output))
             .chain(self.scores)
@@ -105,6 +112,14 @@ impl Runner {
                 command[output.axis.index()] = output.command(number);
             }
         }
+        let mut choice = None;
+        if let Some((commands, output, chosen_by)) = &self.choices {
+            let chosen = chosen_by.chosen(self.network.output(*output));
+            let command = commands.get(chosen);
+            self.commands[0] =
+                *command.ok_or_else(|| format!("the network chose {chosen}, which is none"))?;
+            choice = Some(chosen);
+        }
         let doubt = self
             .doubt
             .as_ref()
@@ -112,6 +127,7 @@ impl Runner {
         let certainty = self.doubt.as_ref().zip(doubt);
         Ok(Decision {
             command: self.commands[0],
+            choice,
             value: self
                 .value
                 .map(|(output, index)| f64::from(self.network.output(output)[index])),

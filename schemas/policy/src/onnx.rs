@@ -72,11 +72,11 @@ fn commands(mind: &Mind) -> Result<(), String> {
             "the policy has a [chunk]: policy/chunks makes chunks, and policy/steps drives by them"
                 .to_owned(),
         ),
-        (0, None) => Err(
-            "the policy has no [[output]] that commands; policy/estimate is for one that only judges"
+        (false, None) => Err(
+            "the policy has no [[output]] and no [choices]; policy/estimate is for one that only judges"
                 .to_owned(),
         ),
-        (1.., None) => Ok(()),
+        (true, None) => Ok(()),
     }
 }
 

@@ -21,6 +21,9 @@ impl Panel for Onnx {
                 } else {
                     "It knows what to do here"
                 });
+                if let Some(choice) = decision.choice {
+                    pen.text(format!("It chose command {choice}"));
+                }
                 pen.value("Ahead", x, "m/s");
                 pen.value("To the left", y, "m/s");
                 pen.value("Turn rate", turn, "rad/s");

@@ -25,7 +25,7 @@ PATIENCE = 10.0
 BEFORE = 1e-9
 
 
-class Env(gymnasium.Env[Array, Array]):
+class Env(gymnasium.Env[Array, Any]):
     """An application as an environment; `make` explains the arguments. `run` is the run of the present episode."""
 
     def __init__(
@@ -56,7 +56,8 @@ class Env(gymnasium.Env[Array, Array]):
         self._limit, self._records = limit, records
         self.run: Run
         self.observation: Array
-        self.action: Array
+        self.action: Any
+        self.action_space: gymnasium.spaces.Space[Any]
         self._start(0)
         self._step = float(self.run[f"{mocks[0]}.period"]) if step is None else step
         #: Steps since the start of the application, and those at which the episode is over.
@@ -64,9 +65,13 @@ class Env(gymnasium.Env[Array, Array]):
         self._bounds: tuple[Array, Array] | None = None
         if isinstance(self._policy, _jde.PolicyFile):
             self._check_step(policy)
-            least, most = np.array(self._policy.action_bounds(), dtype=np.float32).T
             low, high = np.array(self._policy.observation_bounds(), dtype=np.float32).T
-            self.action_space = gymnasium.spaces.Box(least, most, dtype=np.float32)
+            choices = self._policy.choices
+            if choices is None:
+                least, most = np.array(self._policy.action_bounds(), dtype=np.float32).T
+                self.action_space = gymnasium.spaces.Box(least, most, dtype=np.float32)
+            else:
+                self.action_space = gymnasium.spaces.Discrete(choices)
             self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
             return
         least, most = np.array(list(act.values()), dtype=np.float32).T
@@ -81,7 +86,7 @@ class Env(gymnasium.Env[Array, Array]):
         """Start the application again, with a seed that follows from that of the environment."""
         super().reset(seed=seed, options=options)
         self._start(int(self.np_random.integers(2**31)))
-        self.action = np.zeros(self.action_space.shape or (), dtype=np.float32)
+        self.action = np.zeros(self.action_space.shape or (), dtype=self.action_space.dtype)
         if self._prepare is not None:
             self._prepare(self)
         # The schema iterates at the beginning of each step.
@@ -93,7 +98,7 @@ class Env(gymnasium.Env[Array, Array]):
         self.observation = self._read()
         return self.observation, self._lacks()
 
-    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Command the action for the time of a step."""
         # Numbers beyond those that are commanded would have no effect, and missing ones no value.
         if np.shape(action) != self.action_space.shape:
@@ -101,9 +106,12 @@ class Env(gymnasium.Env[Array, Array]):
             raise ValueError(
                 f"the shape of an action is {self.action_space.shape}, for {names}; this one has {np.shape(action)}"
             )
+        space = self.action_space
+        if isinstance(space, gymnasium.spaces.Discrete) and not space.contains(np.asarray(action)[()]):
+            raise ValueError(f"`{self._schema}` chooses one of {space.n} commands, 0 to {space.n - 1}, and not {action}")
         self.action = action
         self._steps += 1
-        goes_on = self._policy.act(np.asarray(action).tolist(), self._end_of_step())
+        goes_on = self._policy.act(np.ravel(action).tolist(), self._end_of_step())
         self.observation = self._read()
         terminated = not goes_on or (self._terminated is not None and bool(self._terminated(self)))
         truncated = self._steps >= self._last
@@ -147,12 +155,16 @@ class Env(gymnasium.Env[Array, Array]):
                 f"state the same `period` of schema `{schema}`"
             )
 
-    def action_of(self, twist: Any) -> Array:
-        """Return the action of the policy of a file that would have commanded a velocity, to imitate who drove."""
+    def action_of(self, twist: Any) -> Any:
+        """Return the action of the policy of a file that would have commanded a velocity, to imitate who drove.
+
+        Of a policy that chooses it is the number of the command that is nearest to the velocity.
+        """
         if not isinstance(self._policy, _jde.PolicyFile):
             raise TypeError("only the policy of a file knows the action of a velocity")
         command = (twist.linear.x, twist.linear.y, twist.angular.z)
-        return np.array(self._policy.action_of(command), dtype=np.float32)
+        numbers = np.array(self._policy.action_of(command), dtype=self.action_space.dtype)
+        return numbers.reshape(self.action_space.shape or ())[()]
 
     def _lacks(self) -> dict[str, Any]:
         lacks = self._policy.lacks if isinstance(self._policy, _jde.PolicyFile) else None
@@ -175,7 +187,8 @@ def make(application: str | os.PathLike[str], **arguments: Any) -> Env:
     `act` names the numbers that a policy commands, with their bounds: `{"policy.base.linear.x": (0.0, 0.5)}`. The
     policy takes the place of the schema before the first dot, which is always ready; all others run as ever.
     Or `policy` names a schema of type `policy/onnx`: its text file states what it observes and commands, so that what
-    is trained here drives there. An observation is what goes into the network, and an action what comes out. A step that
+    is trained here drives there. An observation is what goes into the network, and an action what comes out: numbers, or
+    the number of a command if the file lists `[choices]`, which is a space `Discrete`. A step that
     lacks a value commands nothing, and `info["lacks"]` says what is missing.
 
     `observe` names variables or parts of them, such as `"robot.scan.ranges"`, or states bounds for each, to which

@@ -7,6 +7,7 @@ use jde_types::{Header, Image, LaserScan, Odometry, Path, Pose2D, Seq, Text, Twi
 
 use super::*;
 
+mod choices;
 mod chunks;
 
 fn data(name: &str) -> PathBuf {
@@ -22,7 +23,10 @@ fn text(name: &str) -> String {
 /// Loads a changed file of the tests beside its network.
 fn load(text: &str) -> Result<(Policy, Runner), String> {
     let folder = tempfile::tempdir().expect("a folder");
-    for entry in fs::read_dir(data("")).expect("the folder is there").flatten() {
+    let files = |folder: &str| fs::read_dir(data(folder)).expect("the folder is there").flatten();
+    let exported = files("../../../onnx/tests/data")
+        .filter(|entry| entry.file_name().to_string_lossy().starts_with("sb3-"));
+    for entry in files("").chain(exported) {
         fs::copy(entry.path(), folder.path().join(entry.file_name())).expect("a copy");
     }
     let file = folder.path().join("policy.toml");
@@ -431,6 +435,7 @@ fn no_text_makes_the_reader_panic() {
         "wide.toml",
         "picture.toml",
         "faster.toml",
+        "choose.toml",
     ]
     .map(text);
     let words: Vec<&str> = texts.iter().flat_map(|text| text.split_whitespace()).collect();

@@ -103,6 +103,27 @@ fn nan_is_never_a_command() {
 }
 
 #[test]
+fn a_network_that_chooses_commands_what_the_file_lists() {
+    let mut bench = policy("choose.toml");
+    assert!(check(&mut bench, 1.0, 0.5, 0.25).ready);
+    bench.iterate().expect("an iteration is no fault");
+    let twist = bench.commanded::<Twist>("base").expect("a command");
+    let listed = [(0.0, 0.0), (0.4, 0.0), (0.2, 0.8), (0.2, -0.8)];
+    let choice = listed
+        .iter()
+        .position(|speeds| *speeds == (twist.linear.x, twist.angular.z));
+    let choice = choice.unwrap_or_else(|| panic!("{twist:?} is not listed"));
+    let panel = bench.draw().expect("it draws");
+    assert!(
+        panel
+            .texts()
+            .contains(&format!("It chose command {choice}").as_str()),
+        "{:?}",
+        panel.texts()
+    );
+}
+
+#[test]
 fn doubt_is_readiness_with_two_thresholds() {
     let mut bench = policy("members.toml");
     // The doubt is 0.816 of the turn rate; the file is certain up to 0.1 and unsure from 0.5 on.
