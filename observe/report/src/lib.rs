@@ -7,11 +7,13 @@ mod analysis;
 mod chart;
 mod document;
 pub mod experiment;
+mod moment;
 mod page;
 mod sheet;
 #[cfg(test)]
 mod tests;
 
 pub use analysis::{Analysis, Number, Series, Wanted};
+pub use moment::view_command;
 pub use page::{columns, page};
 pub use sheet::{Numbers, SIDES, Size, draw_numbers, draw_recording};

@@ -45,7 +45,9 @@ pub use drive::{DriveTimeline, Takeover, Target};
 pub use ending::{Ending, case_word};
 pub use hierarchy::{Group, Hierarchy, SchemaEntry};
 pub use keep::Keep;
-pub use mark::{Mark, MarkKind, Severity, health_reason, health_severity, health_text, health_word};
+pub use mark::{
+    Mark, MarkKind, Severity, health_reason, health_severity, health_text, health_word, state_word,
+};
 pub use mission::MissionTimeline;
 pub use record_log::{Decisions, LogLimits, RecordLog};
 pub use robot::{PathPoint, RobotTimeline, is_placed};

@@ -1,7 +1,9 @@
 //! The one classification of events: what kind of thing happened, how bad it is, and the health of a schema in words.
 
-use jde_core::{Health, Nanos};
+use jde_abi::describe::Kind;
+use jde_core::{Health, Nanos, State};
 use jde_records::event::{Naming, What};
+use jde_records::snapshot::SchemaView;
 
 /// An event of a schema that is marked in time.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,6 +121,17 @@ impl MarkKind {
             | Self::ArbitrationFailed
             | Self::Calmed => Severity::Warning,
             Self::Chattering | Self::Stalled | Self::Late | Self::Fault => Severity::Bad,
+        }
+    }
+}
+
+/// Returns the state of a schema in a word. A perceptive schema or a driver competes with none: it runs instead of winning.
+#[must_use]
+pub fn state_word(view: &SchemaView) -> &'static str {
+    match (view.state, view.kind) {
+        (State::Winner, Kind::Perceptive | Kind::Driver) => "running",
+        (State::Winner, Kind::Motor) | (State::Slept | State::Checking | State::Ready, _) => {
+            view.state.name()
         }
     }
 }

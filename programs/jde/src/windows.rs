@@ -1,7 +1,7 @@
 //! The windows of this program.
 
 use std::env;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use jde_link::Reach;
@@ -23,7 +23,8 @@ pub(crate) fn check() -> Result<(), Failure> {
     }
 }
 
-/// Shows windows on an application or a recording until they are closed.
+/// Shows windows on an application or a recording until they are closed. `link` has the options of this program by which
+/// it reaches the application.
 ///
 /// # Errors
 /// They cannot be opened, or were lost.
@@ -32,6 +33,7 @@ pub(crate) fn open(
     application: Option<String>,
     recording: Option<PathBuf>,
     from: Option<u64>,
+    link: &[OsString],
 ) -> Result<(), Failure> {
     let program = env::current_exe()
         .map_err(|error| Failure::broken(format!("the path of this program cannot be found: {error}")))?;
@@ -43,6 +45,12 @@ pub(crate) fn open(
         player: [program.as_os_str()]
             .into_iter()
             .chain(["replay", "--plain", "--stay", "--until-eof"].map(OsStr::new))
+            .map(OsStr::to_owned)
+            .collect(),
+        recorder: [program.as_os_str()]
+            .into_iter()
+            .chain(["record", "--until-eof"].map(OsStr::new))
+            .chain(link.iter().map(OsString::as_os_str))
             .map(OsStr::to_owned)
             .collect(),
         recordings: env::current_dir().into_iter().collect(),

@@ -12,7 +12,9 @@ use eframe::egui;
 use jde_link::{Client, Reach};
 
 use crate::graphics_card::{self, DeviceLoss};
+use crate::keys::KeyList;
 use crate::player::Player;
+use crate::recorder::Recorder;
 use crate::screen;
 use crate::session::WindowSession;
 use crate::settings::{SettingsStore, WindowSettings};
@@ -71,6 +73,7 @@ pub(crate) struct App {
     /// The windows that the user left for the start page. They go on receiving.
     left: Option<Box<Workspace>>,
     stops: Stops,
+    keys: KeyList,
     lost: DeviceLoss,
 }
 
@@ -114,6 +117,7 @@ impl App {
             store,
             left: None,
             stops: Stops::default(),
+            keys: KeyList::default(),
             lost: DeviceLoss::default(),
         };
         if let Some(file) = app.opening.recording.clone() {
@@ -161,6 +165,7 @@ impl App {
             },
             Page::Open(workspace) => workspace.show(ui, &style, stopping),
         }
+        self.keys.show(&ctx);
         if self.settings != self.saved {
             self.saved = self.settings.clone();
             self.store.keep(SETTINGS, &self.saved);
@@ -184,7 +189,10 @@ impl App {
                 let (session, player) = *opened;
                 let (store, reach) = (self.store.clone(), self.opening.reach.clone());
                 self.left = None;
-                self.show(&ctx, Box::new(Workspace::open(session, store, player, reach)));
+                let folder = self.opening.recordings.first().cloned().unwrap_or_default();
+                let recorder = Recorder::new(self.opening.recorder.clone(), folder);
+                let workspace = Workspace::open(session, store, player, recorder, reach);
+                self.show(&ctx, Box::new(workspace));
             }
             Some(Next::Start(reason)) => {
                 let mut start = StartPage::new(&ctx, &self.opening);
@@ -218,6 +226,7 @@ impl App {
             egui::MenuBar::new().ui(ui, |ui| {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     stop |= target.is_some_and(|target| stop::button(ui, target));
+                    self.keys.button(ui);
                     ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                         // In a narrow window the rest of the bar is cut off, and not the button.
                         ui.set_clip_rect(ui.clip_rect().intersect(ui.max_rect()));

@@ -8,9 +8,11 @@
 mod app;
 mod canvas;
 mod graphics_card;
+mod keys;
 mod picture;
 mod player;
 mod recorded;
+mod recorder;
 mod screen;
 mod session;
 mod settings;
@@ -43,7 +45,10 @@ pub struct Opening {
     /// How to play a recording: the program and its arguments before `--name NAME FILE`. It runs as a
     /// separate process, which must end at the end of its standard input.
     pub player: Vec<OsString>,
-    /// Folders to search for recordings.
+    /// How to record an application: the program and its arguments before `--app NAME FILE`. It runs as a separate
+    /// process, which must complete the file at the end of its standard input. Empty for no recordings.
+    pub recorder: Vec<OsString>,
+    /// Folders to search for recordings. New ones are written to the first.
     pub recordings: Vec<PathBuf>,
 }
 

@@ -110,7 +110,7 @@ impl Drop for Player {
 }
 
 /// Reads to the end of the stream. Returns the last [`KEPT_LINES`] lines.
-fn last_lines(stderr: ChildStderr) -> String {
+pub(crate) fn last_lines(stderr: ChildStderr) -> String {
     let mut last = VecDeque::new();
     for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
         if last.len() == KEPT_LINES {

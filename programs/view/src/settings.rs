@@ -13,7 +13,7 @@ use etcetera::BaseStrategy;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::style::Units;
+use crate::style::{self, Units};
 
 /// The largest file of settings that is read, bytes.
 const MAX_SETTINGS: u64 = 16 << 20;
@@ -43,6 +43,7 @@ impl Default for WindowSettings {
 impl WindowSettings {
     /// Applies the settings to a context before its first frame.
     pub(crate) fn begin(&self, ctx: &egui::Context) {
+        style::install(ctx);
         ctx.set_theme(self.theme);
         // A change of the zoom also scales the screen's size, which before the first frame is only a guess
         // and may exceed what a card can draw.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use jde_drawing::map::{DriveMap, FailurePlace, PathPoint, RobotPath, Takeover};
 use jde_report::experiment::{FailedDrive, FailureMap, IN_FULL};
+use jde_report::view_command;
 use jde_sim::Footprint;
 
 use super::Page;
@@ -73,7 +74,14 @@ pub(super) fn failures(page: &Page<'_>, worlds: &mut Worlds<'_>) -> Vec<FailedDr
                 why: result.why.clone(),
                 path,
                 selections: failure.map_or_else(Vec::new, |failure| failure.selections.clone()),
-                command: (page.summary.command)(result.drive),
+                command: match failure {
+                    Some(failure) => format!(
+                        "{} --record failure.mcap\n{}",
+                        (page.summary.command)(result.drive),
+                        view_command("failure.mcap", failure.at)
+                    ),
+                    None => (page.summary.command)(result.drive),
+                },
             }
         })
         .collect()

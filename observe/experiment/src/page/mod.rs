@@ -179,7 +179,7 @@ mod tests {
         for part in [
             "collisions &gt; 0 at 10 s",
             "9.000 s example/base: vff",
-            "jde experiment safe --drive 17",
+            "jde experiment safe --drive 17 --record failure.mcap\njde view failure.mcap --from 9.0s",
             "0.250 m",
             "Where 1 drive of shed failed",
             // Of ten steps, six until vff won and two until nobody did.

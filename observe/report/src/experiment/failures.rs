@@ -62,7 +62,7 @@ fn in_full(drive: &FailedDrive) -> Markup {
                         h4 { "The selections before it" }
                         ol.selections { @for selection in &drive.selections { li { (selection) } } }
                     }
-                    h4 { "To repeat it" }
+                    h4 { "To repeat it and see it" }
                     code.command { (drive.command) }
                 }
             }

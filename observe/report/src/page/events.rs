@@ -5,6 +5,7 @@ use jde_timeline::{MarkKind, Severity};
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
+use crate::moment::view_command;
 
 /// A table with more rows is collapsed.
 const MAX_UNFOLDED_ROWS: usize = 40;
@@ -33,7 +34,10 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
                                 td.n { (at(event.time_s())) }
                                 td.name { @if is_bad(&event.what) { span.bad { (event.what.kind()) } } @else { (event.what.kind()) } }
                                 td.name { @if let Some(schema) = event.what.schema() { (page.schema(schema)) } }
-                                td { (event.text()) }
+                                td {
+                                    (event.text())
+                                    @if is_bad(&event.what) { br; code { (view_command(page.file, event.time_s())) } }
+                                }
                             }
                         }
                     }

@@ -54,8 +54,8 @@ pub(super) fn bands(page: &Page<'_>) -> Option<Markup> {
             "switch. The numbers on the right are the share of time as WINNER."
             @if bands.left_out > 0 { " " (bands.left_out) " rows are not shown: schemas that were never awake, and rows beyond the height of a page." }
         }
-        figure id="bands" data-from=(from) data-to=(to) data-left=(area.left / BANDS_WIDTH) data-right=(area.right() / BANDS_WIDTH) {
+        div.scroll { figure.bands id="bands" data-from=(from) data-to=(to) data-left=(area.left / BANDS_WIDTH) data-right=(area.right() / BANDS_WIDTH) {
             (PreEscaped(drawing.svg("States of all schemas over time", "b")))
-        }
+        } }
     })
 }

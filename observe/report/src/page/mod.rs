@@ -26,6 +26,8 @@ const ALL_COLUMNS: usize = 600_000;
 /// The data that the parts of a page share.
 struct Page<'t> {
     analysis: &'t Analysis,
+    /// The displayed name of the recording.
+    file: &'t str,
     palette: Palette,
 }
 
@@ -40,6 +42,7 @@ pub fn columns(schemas: usize) -> usize {
 pub fn page(analysis: &Analysis, file: &str) -> String {
     let page = Page {
         analysis,
+        file,
         palette: Palette::of(&analysis.ending.drive),
     };
     let parts = [

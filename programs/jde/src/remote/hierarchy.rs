@@ -6,7 +6,7 @@ use jde_core::State;
 use jde_records::snapshot::{ReloadView, SchemaView, Snapshot};
 use jde_session::top::{self, text};
 use jde_terminal::{BAD, FAINT, GOOD, TITLE, WARN};
-use jde_timeline::{Hierarchy, Item, OTHERS, Severity, health_severity, health_word};
+use jde_timeline::{Hierarchy, Item, OTHERS, Severity, health_severity, health_word, state_word};
 
 use super::table::{Alignment, Cell, Table};
 
@@ -76,7 +76,7 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
     vec![
         format!("{branch}{}", view.name).into(),
         Cell::from(&view.type_name).styled(FAINT),
-        Cell::from(view.state.name()).styled(style),
+        Cell::from(state_word(view)).styled(style),
         health,
         text::format_setting(view.period).into(),
         view.measured

@@ -176,7 +176,7 @@ impl<'a> Draw2d<'a> {
             Color32::WHITE
         };
         self.painter
-            .rect_filled(rect.expand2(vec2(2.0, 0.0)), 2.0, ground.gamma_multiply(0.55));
+            .rect_filled(rect.expand2(vec2(2.0, 0.0)), 2.0, ground.gamma_multiply(0.8));
         self.painter.galley(rect.min, galley, color);
     }
 

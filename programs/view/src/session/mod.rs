@@ -64,6 +64,8 @@ pub(crate) struct WindowSession {
     orders: Orders,
     openings: RefCell<Vec<Window>>,
     plots: RefCell<Vec<String>>,
+    /// The schema whose events are to be shown; within, `None` for those of all.
+    events_of: RefCell<Option<Option<String>>>,
     gone: bool,
     recorded: Option<Recorded>,
     _watching: Vec<Subscription>,
@@ -108,6 +110,7 @@ impl WindowSession {
             orders: Orders::new(remote.clone(), repaint),
             openings: RefCell::default(),
             plots: RefCell::default(),
+            events_of: RefCell::default(),
             snapshot: Arc::new(snapshot),
             updated: Instant::now(),
             gone: false,
@@ -391,6 +394,17 @@ impl WindowSession {
     pub(crate) fn plot(&self, name: String) {
         self.plots.borrow_mut().push(name);
         self.open_window(Window::Oscilloscope);
+    }
+
+    /// Requests the events that deserve a look, of a schema or of all.
+    pub(crate) fn show_events(&self, schema: Option<String>) {
+        self.events_of.replace(Some(schema));
+        self.open_window(Window::Events);
+    }
+
+    /// Removes and returns whose events are requested; within, `None` for those of all.
+    pub(crate) fn requested_events(&self) -> Option<Option<String>> {
+        self.events_of.take()
     }
 
     /// Removes and returns the requested traces.

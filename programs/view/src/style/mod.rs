@@ -6,7 +6,9 @@ mod units;
 
 use eframe::egui;
 
-pub(crate) use colors::{color_of, exact, severity, state};
+#[cfg(test)]
+pub(crate) use colors::contrast;
+pub(crate) use colors::{color_of, exact, severity, state, text_on};
 pub(crate) use units::{Angle, Length, Units};
 
 /// The style that all windows of a frame share.
@@ -16,6 +18,17 @@ pub(crate) struct Style {
     pub(crate) dark: bool,
     /// Units of displayed numbers.
     pub(crate) units: Units,
+}
+
+/// Gives egui's own widgets the colors of both themes.
+pub(crate) fn install(ctx: &egui::Context) {
+    for theme in [egui::Theme::Dark, egui::Theme::Light] {
+        let style = Style {
+            dark: theme == egui::Theme::Dark,
+            units: Units::default(),
+        };
+        ctx.set_visuals_of(theme, colors::visuals(theme, &style));
+    }
 }
 
 impl Style {

@@ -30,6 +30,7 @@ pub(super) fn opening(reach: Reach, application: Option<&str>) -> Opening {
         recording: None,
         from: None,
         player: Vec::new(),
+        recorder: Vec::new(),
         recordings: Vec::new(),
     }
 }

@@ -3,12 +3,15 @@
 
 mod bodies;
 mod common;
+mod drawn_text;
+mod events;
 mod frame;
 mod letters;
 mod painter;
 mod panel;
 mod panel_pictures;
 mod panel_sliders;
+mod readable;
 mod robot;
 mod scope;
 mod scope_live;

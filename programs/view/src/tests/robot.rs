@@ -451,6 +451,7 @@ fn an_unused_driver_is_shown_as_asleep_and_can_be_played() {
 
 fn assert_snapshot(theme: Theme, name: &str) {
     let show = |ui: &mut egui::Ui, scene: &mut fixture::FixedRobot| {
+        crate::style::install(ui.ctx());
         let style = Style::of(ui.ctx(), Units::default());
         scene.show(ui, &style);
     };

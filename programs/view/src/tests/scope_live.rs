@@ -44,6 +44,11 @@ fn click(harness: &mut Harness<'_, Shown>, label: &str) {
     harness.run_steps(2);
 }
 
+fn select(harness: &mut Harness<'_, Shown>, schema: &str) {
+    harness.get_by_label_contains(&format!("{schema}, ")).click();
+    harness.run_steps(2);
+}
+
 /// The state of a schema, read from the application without the link.
 fn view(robot: &Robot, name: &str) -> SchemaView {
     let snapshot = robot.handle().snapshot();
@@ -63,6 +68,7 @@ fn r14_play_stop_force_and_release_take_effect_and_are_shown_with_their_operator
     let mut harness = shown(&robot);
     until(&mut harness, |harness| has(harness, "hijo1, "));
 
+    select(&mut harness, "hijo1");
     click(&mut harness, "Stop hijo1");
     until(&mut harness, |_| view(&robot, "hijo1").state == State::Slept);
     until(&mut harness, |harness| {
@@ -70,12 +76,14 @@ fn r14_play_stop_force_and_release_take_effect_and_are_shown_with_their_operator
     });
     click(&mut harness, "Play hijo1");
     until(&mut harness, |_| view(&robot, "hijo1").state != State::Slept);
+    select(&mut harness, "hijo2");
     click(&mut harness, "Force hijo2");
     until(&mut harness, |_| hold(&robot, "hijo2") == Some(HoldKind::Forced));
     until(&mut harness, |harness| {
         has(harness, "hijo2, WINNER, ok, forced by ")
     });
     for name in ["hijo1", "hijo2"] {
+        select(&mut harness, name);
         click(&mut harness, &format!("Release {name}"));
         until(&mut harness, |_| hold(&robot, name).is_none());
     }

@@ -1,6 +1,7 @@
 //! The kinds of windows on an application, each in its own folder, and their common interface.
 
 pub(crate) mod body;
+pub(crate) mod events;
 pub(crate) mod panel;
 pub(crate) mod robot;
 pub(crate) mod scope;
@@ -42,6 +43,8 @@ pub(crate) enum WindowKind {
     Space,
     /// Variables and modulations.
     Values,
+    /// What happened.
+    Events,
     /// The panel of a schema, by its name.
     Panel(String),
 }
@@ -54,6 +57,7 @@ impl WindowKind {
             Self::Robot => "Sensors and motors".to_owned(),
             Self::Space => "3D".to_owned(),
             Self::Values => "Variables".to_owned(),
+            Self::Events => "Events".to_owned(),
             Self::Panel(schema) => schema.clone(),
         }
     }
@@ -65,6 +69,7 @@ impl WindowKind {
             Self::Robot => Box::new(robot::RobotWindow::open(kept)),
             Self::Space => Box::new(space::Space::open(kept)),
             Self::Values => Box::new(values::Values::open(kept)),
+            Self::Events => Box::new(events::EventsWindow::open(kept)),
             Self::Panel(schema) => Box::new(panel::Panel::open(schema, kept)),
         }
     }

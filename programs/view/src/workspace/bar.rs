@@ -5,6 +5,7 @@ use std::time::Duration;
 use eframe::egui;
 use jde_core::Health;
 use jde_link::message::{Action, Network};
+use jde_timeline::health_text;
 
 use super::menu::appearance_menu;
 use super::{Navigation, Workspace};
@@ -35,7 +36,11 @@ impl Workspace {
         ui.separator();
         self.notice(ui);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            self.pass_time(ui)
+            if !self.session.is_recording() {
+                self.recorder
+                    .show(ui, self.session.about(), self.session.is_over());
+            }
+            self.pass_time(ui);
         });
         navigation
     }
@@ -77,22 +82,29 @@ impl Workspace {
         }
         // During silence no snapshot triggers a repaint, so this one is scheduled.
         ui.ctx().request_repaint_after(SNAPSHOT_TIMEOUT / 2);
-        let unhealthy = self
-            .session
-            .snapshot()
-            .schemas
-            .iter()
-            .filter(|schema| schema.health != Health::Ok);
-        match unhealthy.count() {
-            0 => {}
-            1 => drop(ui.colored_label(ui.visuals().warn_fg_color, "1 schema in trouble")),
-            count => {
-                drop(ui.colored_label(ui.visuals().warn_fg_color, format!("{count} schemas in trouble")))
-            }
-        }
+        self.trouble(ui);
         if about.network == Network::Read {
             ui.weak("read only")
                 .on_hover_text("Clients from the network may observe this application, but not operate it.");
+        }
+    }
+
+    /// How many schemas are in trouble, which leads to their events.
+    fn trouble(&self, ui: &mut egui::Ui) {
+        let schemas = self.session.snapshot().schemas.iter();
+        let unhealthy: Vec<_> = schemas.filter(|schema| schema.health != Health::Ok).collect();
+        let (text, schema) = match unhealthy.as_slice() {
+            [] => return,
+            [schema] => ("1 schema in trouble".to_owned(), Some(schema.name.clone())),
+            all => (format!("{} schemas in trouble", all.len()), None),
+        };
+        let reasons = unhealthy
+            .iter()
+            .map(|schema| format!("{}: {}", schema.name, health_text(&schema.health)));
+        let reasons: Vec<_> = reasons.collect();
+        let link = ui.link(egui::RichText::new(text).color(ui.visuals().warn_fg_color));
+        if link.on_hover_text(reasons.join("\n")).clicked() {
+            self.session.show_events(schema);
         }
     }
 

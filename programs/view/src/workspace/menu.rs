@@ -14,6 +14,7 @@ impl Workspace {
             WindowKind::Robot,
             WindowKind::Space,
             WindowKind::Values,
+            WindowKind::Events,
         ] {
             self.window_entry(ui, kind);
         }

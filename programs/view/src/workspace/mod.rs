@@ -19,6 +19,7 @@ use jde_link::message::About;
 use serde::{Deserialize, Serialize};
 
 use crate::player::Player;
+use crate::recorder::Recorder;
 use crate::session::WindowSession;
 use crate::settings::SettingsStore;
 use crate::start::Discovery;
@@ -37,6 +38,7 @@ pub(crate) struct Workspace {
     saved_at: f64,
     /// The process that plays the recording for these windows. It ends with them.
     player: Option<Player>,
+    recorder: Recorder,
     slider: seek_bar::SeekBar,
     reach: Reach,
     /// Searches for a new run of an application that is gone.
@@ -66,6 +68,7 @@ impl Workspace {
         session: WindowSession,
         store: SettingsStore,
         player: Option<Player>,
+        recorder: Recorder,
         reach: Reach,
     ) -> Self {
         let saved_layout: Option<SavedLayout> = store.take(&layout_name(&session));
@@ -85,6 +88,7 @@ impl Workspace {
             saved: None,
             saved_at: 0.0,
             player,
+            recorder,
             slider: seek_bar::SeekBar::default(),
             reach,
             discovery: None,
@@ -235,7 +239,11 @@ fn default_layout(session: &WindowSession) -> Tree<WindowKind> {
         let panes = kinds.into_iter().map(|kind| tiles.insert_pane(kind)).collect();
         tiles.insert_tab_tile(panes)
     };
-    let scope = tab(vec![WindowKind::Oscilloscope, WindowKind::Values]);
+    let scope = tab(vec![
+        WindowKind::Oscilloscope,
+        WindowKind::Values,
+        WindowKind::Events,
+    ]);
     let without_father = session.panels().filter(|schema| {
         let father = session.schema(schema).and_then(|schema| schema.father.as_ref());
         father.is_none()

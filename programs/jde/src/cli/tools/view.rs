@@ -47,7 +47,13 @@ impl View {
                 "name its file: jde view drive.mcap --from 66.5s",
             ));
         }
-        windows::open(reach, application, recording, self.from)
+        windows::open(
+            reach,
+            application,
+            recording,
+            self.from,
+            &self.target.link_options(),
+        )
     }
 
     /// Returns the recording or the application to open. Neither selects the only running application, or the

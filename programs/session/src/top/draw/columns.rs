@@ -4,7 +4,7 @@
 
 use jde_core::State;
 use jde_records::snapshot::{Hold, SchemaView};
-use jde_timeline::health_word;
+use jde_timeline::{health_word, state_word};
 use ratatui::style::Style;
 
 use crate::top::text;
@@ -105,7 +105,7 @@ impl Column {
                 schema.operator.as_ref().map_or_else(String::new, mark),
                 paint.operator(),
             ),
-            Self::State => (schema.state.name().to_owned(), paint.state(schema.state)),
+            Self::State => (state_word(schema).to_owned(), paint.state(schema.state)),
             Self::Health => (
                 health_word(&schema.health).to_owned(),
                 paint.health(&schema.health),

@@ -20,7 +20,7 @@ const TEXT: [&str; 23] = [
     "[  ]         a shorter or longer time in the strips",
     "q  Esc       leave",
     "",
-    "█ WINNER     selected: it iterates and may command",
+    "█ WINNER     selected, or running: it iterates and may command",
     "▄ READY      it could act, another was selected",
     "▁ CHECKING   awake, its precondition is false",
     "· SLEPT      does not run",

@@ -1,10 +1,11 @@
 //! The panels below the list: the details of the selected schema, the latest switches with their reasons, and
 //! the log.
 
+use jde_abi::describe::Kind;
 use jde_core::{Health, State};
 use jde_records::DecidedBy;
 use jde_records::snapshot::SchemaView;
-use jde_timeline::{Switch, health_text};
+use jde_timeline::{Switch, health_text, state_word};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -84,9 +85,10 @@ fn panel(frame: &mut Frame, area: Rect, screen: &ViewState, title: &str, lines: 
 fn detail_spans(screen: &ViewState, schema: &SchemaView) -> Vec<Span<'static>> {
     let paint = screen.theme;
     let authority = match (schema.state, schema.authority) {
+        (State::Winner, _) if schema.kind != Kind::Motor => state_word(schema),
         (State::Winner, false) => "WINNER without authority",
         (State::Winner, true) => "WINNER with authority",
-        (State::Slept | State::Checking | State::Ready, _) => schema.state.name(),
+        (State::Slept | State::Checking | State::Ready, _) => state_word(schema),
     };
     let mut facts = vec![
         Span::styled(authority, paint.state(schema.state)),

@@ -22,7 +22,12 @@ pub(super) struct Range<'a> {
 pub(super) fn value(layout: &ListLayout<'_>, ui: &mut Ui, label: &str, value: f64, unit: &str) {
     ui.horizontal(|ui| {
         name(ui, layout.style, label, !layout.beside);
-        ui.label(RichText::new(layout.style.units.show(value, unit)).monospace());
+        // A whole number without a unit is a count.
+        let text = match unit.is_empty() && value.fract() == 0.0 {
+            true => format!("{value:.0}"),
+            false => layout.style.units.show(value, unit),
+        };
+        ui.label(RichText::new(text).monospace());
     });
 }
 

@@ -114,7 +114,7 @@ impl Freshness {
     /// The age as a text for the user.
     pub(super) fn message(&self) -> String {
         match (&self.asleep, self.stale) {
-            (Some(owner), true) => format!("{}, {owner} sleeps", ago(self.age)),
+            (Some(_), true) => format!("{}, asleep", ago(self.age)),
             (None, true) => ago(self.age),
             (_, false) => "live".to_owned(),
         }

@@ -1,6 +1,8 @@
 //! Sensor data in numbers, one row per sensor, with its age. Sensors that the application lacks are listed as
 //! text.
 
+use std::collections::BTreeSet;
+
 use eframe::egui::{self, Color32, Rect, RichText, Sense, Ui, vec2};
 use jde_link::message::Action;
 use jde_panel::Ink;
@@ -21,9 +23,9 @@ const EMPTY_CHARGE: f32 = 0.15;
 /// Shows the table. Without a session it has no buttons that wake schemas: for pictures.
 pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession>, style: &Style) {
     let mut rows = Rows {
-        session,
         style,
         absent: Vec::new(),
+        sleepers: BTreeSet::new(),
     };
     egui::Grid::new("senses")
         .num_columns(3)
@@ -85,6 +87,14 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession
                 ui.label(gaze(head, style));
             });
         });
+    for schema in rows.sleepers {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(format!("{schema} sleeps, because no schema needs it."));
+            if let Some(session) = session {
+                play(ui, session, Some(&schema));
+            }
+        });
+    }
     if senses.cameras.is_empty() {
         rows.absent.push("camera");
     }
@@ -118,10 +128,11 @@ pub(super) fn play(ui: &mut Ui, session: &WindowSession, sleeper: Option<&str>) 
 }
 
 struct Rows<'a> {
-    session: Option<&'a WindowSession>,
     style: &'a Style,
     /// Names of sensors that the application lacks.
     absent: Vec<&'static str>,
+    /// The schemas that sleep, and would export values.
+    sleepers: BTreeSet<String>,
 }
 
 impl Rows<'_> {
@@ -135,33 +146,32 @@ impl Rows<'_> {
         reading: &VariableState<T>,
         show: impl FnOnce(&mut Ui, &T),
     ) {
+        self.sleepers.extend(reading.sleeper().map(str::to_owned));
         match reading {
             VariableState::Absent | VariableState::None(..) if sensor.is_empty() => {}
             VariableState::Absent | VariableState::None(_, NoReading::Never(_)) => self.absent.push(sensor),
             VariableState::None(variable, reason) => {
                 ui.label(name).on_hover_text(variable);
-                ui.horizontal(|ui| {
-                    ui.weak(reason.message());
-                    if let Some(session) = self.session {
-                        play(ui, session, reading.sleeper());
-                    }
-                });
+                // Why one sleeps is said once, below: it may be long, and the plane is beside it.
+                ui.weak(match reason {
+                    NoReading::Asleep(_) => "asleep".to_owned(),
+                    NoReading::Waiting
+                    | NoReading::Silent(_)
+                    | NoReading::Never(_)
+                    | NoReading::Trouble(_) => reason.message(),
+                })
+                .on_hover_text(reason.message());
                 ui.end_row();
             }
             VariableState::Present(value, fresh) => {
                 ui.label(name).on_hover_text(&fresh.name);
                 ui.scope(|ui| {
                     if fresh.stale {
-                        ui.set_opacity(0.5);
+                        ui.visuals_mut().override_text_color = Some(ui.visuals().weak_text_color());
                     }
                     show(ui, value);
                 });
-                ui.horizontal(|ui| {
-                    age(ui, fresh, self.style);
-                    if let Some(session) = self.session {
-                        play(ui, session, reading.sleeper());
-                    }
-                });
+                age(ui, fresh, self.style);
                 ui.end_row();
             }
         }
@@ -315,7 +325,7 @@ fn gauge(ui: &mut Ui, battery: &BatteryState, style: &Style) {
         _ => (Ink::Good, ""),
     };
     let text = format!("{:.0} %{note}  {volts}", charge * 100.0);
-    let fill: Color32 = style::color_of(color, style).gamma_multiply(0.55);
+    let fill: Color32 = style::color_of(color, style).gamma_multiply(0.45);
     let bar = egui::ProgressBar::new(charge.clamp(0.0, 1.0))
         .fill(fill)
         .desired_width(150.0);

@@ -21,6 +21,8 @@ use crate::style::{self, Style};
 
 /// Height of the titles and times, in points.
 const HEAD_HEIGHT: f32 = 18.0;
+/// Space below the last row, in points.
+const MARGIN: f32 = 8.0;
 /// Width of the scroll bar, in points.
 const SCROLL_BAR_WIDTH: f32 = 10.0;
 
@@ -47,6 +49,8 @@ impl Scope {
             &self.folded,
         );
         self.left_out = left_out;
+        let signals = self.signals.list.len() as f32 * ROW_HEIGHT;
+        self.needed = HEAD_HEIGHT + list.len() as f32 * ROW + signals + MARGIN;
         let id = ui.scope_id().with("traces");
         self.keys(ui, id, seen, &list, requests);
         let visible = Rect::from_x_y_ranges(parts.x, area.y_range());
@@ -59,7 +63,8 @@ impl Scope {
         let body = Rect::from_x_y_ranges(parts.x, parts.rows.top()..=parts.signals.bottom());
         let times = Rect::from_x_y_ranges(parts.x, parts.head.y_range());
         ruler::draw(ui.painter(), times, body, &scale, self.axis.division(), style);
-        let table = Table::new(area.left(), parts.x.min - 6.0);
+        let names = table::name_width(ui, seen, &list);
+        let table = Table::new(area.left(), parts.x.min - 6.0, names);
         table.titles(ui, parts.head.with_max_x(parts.x.min - 6.0));
         self.rows(ui, seen, &list, &parts, &table, &traces, &scale, style, requests);
         self.signals
@@ -76,7 +81,8 @@ impl Scope {
                 Stroke::new(1.0, style::color_of(Ink::Faint, style)),
             );
         }
-        if traces.has_focus() {
+        self.focused = traces.has_focus();
+        if self.focused {
             let line = ui.visuals().selection.stroke;
             ui.painter().rect_stroke(
                 visible.shrink(0.5),

@@ -1,17 +1,12 @@
-//! Cells of a row that are more than a text: the colored state, the load bar, and an operator's buttons.
+//! Cells of a row that are more than a text: the colored state, and the load bar.
 
-use eframe::egui::{Align2, Color32, Rect, Shape, Stroke, Ui, pos2, vec2};
-use jde_abi::describe::Kind;
-use jde_link::message::Action;
+use eframe::egui::{Align2, Rect, Shape, Stroke, Ui, pos2, vec2};
 use jde_panel::Ink;
-use jde_records::snapshot::{HoldKind, SchemaView};
+use jde_records::snapshot::SchemaView;
+use jde_timeline::state_word;
 
-use super::input::{Input, Request};
-use super::paint::{self, Icon};
+use super::paint;
 use crate::style::{self, Style};
-
-/// Width of a button, in points.
-pub(super) const BUTTON: f32 = 21.0;
 
 /// Draws the name of the state on its color, and a diamond if the schema has authority.
 pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
@@ -21,15 +16,11 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
     );
     let fill = style::state(view.state, style);
     ui.painter().rect_filled(chip, 3.0, fill);
-    let color = if bright(fill) {
-        Color32::BLACK
-    } else {
-        Color32::WHITE
-    };
+    let color = style::text_on(fill);
     ui.painter().text(
         chip.center(),
         Align2::CENTER_CENTER,
-        view.state.name(),
+        state_word(view),
         paint::small(),
         color,
     );
@@ -42,12 +33,6 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
             Stroke::NONE,
         ));
     }
-}
-
-/// Whether black is more readable than white on a color.
-fn bright(color: Color32) -> bool {
-    let [red, green, blue, _] = color.to_array().map(f32::from);
-    0.299 * red + 0.587 * green + 0.114 * blue > 128.0
 }
 
 /// Draws the load as a fraction of one processor core.
@@ -78,64 +63,4 @@ pub(super) fn load(ui: &Ui, cell: Rect, share: f64, style: &Style) {
         ui.visuals().text_color()
     };
     paint::write_right(ui.painter(), text_area, &text, color);
-}
-
-/// Draws the buttons of an operator's actions (R14).
-pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, requests: &mut Vec<Request>) {
-    let schema = || view.name.clone();
-    let is_motor = view.kind == Kind::Motor;
-    let accepts_requests = seen.accepts_requests;
-    let list = [
-        (
-            Icon::Play,
-            "Play",
-            "Wake it and keep it awake, until it is released.",
-            accepts_requests,
-            view.is_held_to(HoldKind::Played),
-            Request::Act(Action::Play { schema: schema() }),
-        ),
-        (
-            Icon::Stop,
-            "Stop",
-            "Put it to sleep and keep it asleep, until it is released.",
-            accepts_requests,
-            view.is_held_to(HoldKind::Stopped),
-            Request::Act(Action::Stop { schema: schema() }),
-        ),
-        (
-            Icon::Force,
-            "Force",
-            "Make it win its group while it is awake, until it is released.",
-            accepts_requests && is_motor,
-            view.is_held_to(HoldKind::Forced),
-            Request::Act(Action::Force { schema: schema() }),
-        ),
-        (
-            Icon::Release,
-            "Release",
-            "Release it: the hierarchy controls it again.",
-            accepts_requests && view.operator.is_some(),
-            false,
-            Request::Act(Action::Release { schema: schema() }),
-        ),
-        (
-            Icon::Panel,
-            "Panel of",
-            "Open the panel of the schema.",
-            view.panel,
-            false,
-            Request::Panel(schema()),
-        ),
-    ];
-    for (number, (icon, verb, tip, enabled, pressed, request)) in list.into_iter().enumerate() {
-        let rect = Rect::from_min_size(
-            pos2(cell.left() + number as f32 * BUTTON, cell.top()),
-            vec2(BUTTON, cell.height()),
-        );
-        let name = format!("{verb} {}", view.name);
-        let id = ui.scope_id().with((&view.name, verb));
-        if paint::button(ui, rect, id, icon, (&name, tip), (enabled, pressed)).clicked() {
-            requests.push(request);
-        }
-    }
 }

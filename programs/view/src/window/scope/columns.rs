@@ -1,7 +1,5 @@
 //! The columns of the table right of the names: their titles, and which of them fit.
 
-use super::cells;
-
 /// A column right of the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Column {
@@ -11,12 +9,10 @@ pub(super) enum Column {
     Measured,
     Load,
     Overruns,
-    Buttons,
 }
 
 /// The columns by importance: a narrow table has only the first ones.
-const IMPORTANCE: [Column; 7] = [
-    Column::Buttons,
+const IMPORTANCE: [Column; 6] = [
     Column::State,
     Column::Period,
     Column::Measured,
@@ -33,7 +29,6 @@ impl Column {
             Self::Period | Self::Measured => 62.0,
             Self::Load => 46.0,
             Self::Overruns => 44.0,
-            Self::Buttons => 5.0 * cells::BUTTON + 4.0,
         }
     }
 
@@ -42,7 +37,7 @@ impl Column {
             Self::State => (
                 "state",
                 "SLEPT: it does not run; CHECKING: its precondition is false; READY: its precondition is true, but another \
-                 was chosen; WINNER: it iterates. A diamond: it has authority (R7).",
+                 was chosen; WINNER, or running where none compete: it iterates. A diamond: it has authority (R7).",
             ),
             Self::Health => ("health", "Whether it meets its deadlines, or why it cannot run."),
             Self::Period => (
@@ -52,7 +47,6 @@ impl Column {
             Self::Measured => ("measured", "The measured period."),
             Self::Load => ("load", "Share of one processor core."),
             Self::Overruns => ("late", "Deadlines missed and budgets passed."),
-            Self::Buttons => ("operate", "Play, stop, force to win, release, open the panel."),
         }
     }
 }
@@ -92,12 +86,12 @@ mod tests {
             .into_iter()
             .map(|(column, _)| column)
             .collect();
-        assert_eq!(kept, [Column::State, Column::Buttons]);
+        assert_eq!(kept, [Column::State, Column::Period]);
         let kept: Vec<_> = fitting(90.0, 90.0)
             .into_iter()
             .map(|(column, _)| column)
             .collect();
-        assert_eq!(kept, [Column::State], "the state fits where the buttons do not");
+        assert_eq!(kept, [Column::State], "the state fits where nothing else does");
         assert!(fitting(10.0, 10.0).is_empty());
     }
 }

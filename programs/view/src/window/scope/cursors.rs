@@ -9,6 +9,12 @@ use super::axis::Scale;
 use super::paint;
 use crate::style::{self, Style, time};
 
+/// A frequency in Hz with four digits: "0.1500 Hz", "12.50 Hz".
+fn frequency(hertz: f64) -> String {
+    let digits = (3.0 - hertz.log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("{hertz:.digits$} Hz")
+}
+
 /// Distance within which a drag moves a line, in points.
 const GRAB_DISTANCE: f32 = 6.0;
 
@@ -66,7 +72,7 @@ impl Cursors {
         let frequency = if difference == 0.0 {
             String::new()
         } else {
-            format!(" = 1/({:.4} Hz)", 1.0 / difference.abs())
+            format!(" ({})", frequency(1.0 / difference.abs()))
         };
         Some(format!(
             "A {first:.4} s   B {second:.4} s   B − A {}{frequency}",

@@ -17,6 +17,7 @@ pub(crate) mod fixture;
 mod group;
 mod input;
 mod keys;
+mod operate;
 mod paint;
 mod period;
 mod pointer;
@@ -57,6 +58,9 @@ use why::SwitchDetails;
 /// Rate of the values for traces and conditions.
 const RATE: Rate = Rate::Hz(50);
 
+/// Height of the actions on the selected schema, in points.
+const OPERATE_HEIGHT: f32 = 40.0;
+
 /// Greatest delay of a position of a recording, s.
 const MAX_DELAY_S: f64 = 0.25;
 
@@ -76,6 +80,10 @@ pub(crate) struct Scope {
     share: f32,
     /// Scroll offset of the rows, in points.
     scrolled: f32,
+    /// The height that all rows and traces need, in points.
+    needed: f32,
+    /// Whether the traces have the keyboard focus, and their keys act.
+    focused: bool,
     /// Scroll to the row of the selected schema.
     reveal: bool,
     /// The last position of a recording, and when it was read.
@@ -130,6 +138,8 @@ impl Scope {
             selected: None,
             share: saved.share.clamp(0.2, 0.8),
             scrolled: 0.0,
+            needed: f32::INFINITY,
+            focused: false,
             reveal: false,
             played: None,
             left_out: 0,
@@ -150,10 +160,13 @@ impl Scope {
         let scale = self.axis.scale(seen.now(), Rangef::new(0.0, 1.0));
         self.bar(ui, seen, variables, &scale, style);
         let height = ui.available_height();
+        // The rows take what they need. What they leave is not empty: the reasons take it.
+        let most = (height - 120.0).max(41.0);
+        let least = (height - self.needed - OPERATE_HEIGHT).clamp(40.0, most);
         let reason_panel = Panel::bottom(ui.scope_id().with("why"))
             .resizable(true)
-            .default_size((height * 0.36).clamp(100.0, 200.0))
-            .size_range(40.0..=(height - 120.0).max(41.0))
+            .default_size((height * 0.36).clamp(100.0, 200.0).max(least))
+            .size_range(least..=most)
             .frame(egui::Frame::NONE.inner_margin(egui::Margin {
                 top: 4,
                 ..egui::Margin::ZERO
@@ -162,6 +175,10 @@ impl Scope {
         if let Some(time) = shown {
             self.go_to(time, seen, &mut requests);
         }
+        Panel::bottom(ui.scope_id().with("operate"))
+            .exact_size(OPERATE_HEIGHT)
+            .frame(egui::Frame::NONE)
+            .show(ui, |ui| self.operate(ui, seen, &mut requests));
         egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, style, &mut requests));
         requests
     }

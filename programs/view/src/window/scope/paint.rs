@@ -5,7 +5,7 @@ use std::sync::Arc;
 use eframe::egui::text::{LayoutJob, TextWrapping};
 use eframe::egui::{
     Align2, Color32, FontId, Galley, Id, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke,
-    StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2,
+    StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
 use crate::style::{self, Style};
@@ -16,6 +16,8 @@ use jde_timeline::{MarkKind, Severity};
 pub(super) const ROW: f32 = 22.0;
 /// Font size of a row's text.
 const TEXT_SIZE: f32 = 12.5;
+/// About the width of a letter of a row, in points.
+pub(super) const LETTER: f32 = 6.5;
 
 pub(super) fn font() -> FontId {
     FontId::proportional(TEXT_SIZE)
@@ -83,11 +85,6 @@ pub(super) fn write_right(painter: &Painter, rect: Rect, text: &str, color: Colo
 /// The sign on a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Icon {
-    Play,
-    Stop,
-    Force,
-    Release,
-    Panel,
     Fold,
     Unfold,
     Remove,
@@ -142,39 +139,6 @@ fn paint(painter: &Painter, at: Pos2, icon: Icon, color: Color32) {
         )
     };
     match icon {
-        Icon::Play => {
-            painter.add(triangle([(-3.0, -4.5), (5.0, 0.0), (-3.0, 4.5)]));
-        }
-        Icon::Stop => {
-            painter.rect_filled(Rect::from_center_size(at, Vec2::splat(8.0)), 1.0, color);
-        }
-        Icon::Force => {
-            // A crown: the winner is forced.
-            painter.add(triangle([(-5.5, -3.0), (-1.0, 3.5), (-4.5, 3.5)]));
-            painter.add(triangle([(0.0, -5.0), (3.0, 3.5), (-3.0, 3.5)]));
-            painter.add(triangle([(5.5, -3.0), (4.5, 3.5), (1.0, 3.5)]));
-            painter.line_segment([at + vec2(-4.5, 4.5), at + vec2(4.5, 4.5)], line);
-        }
-        Icon::Release => {
-            // An open ring with an arrow out of it.
-            let ring = (0..=10).map(|step| {
-                let angle = 0.6 + step as f32 * 0.5;
-                at + 4.5 * vec2(angle.cos(), angle.sin())
-            });
-            painter.line(ring.collect(), line);
-            painter.add(triangle([(1.0, -5.5), (6.5, -4.5), (3.0, 0.0)]));
-        }
-        Icon::Panel => {
-            let frame = Rect::from_center_size(at, vec2(11.0, 9.0));
-            painter.rect_stroke(frame, 1.5, line, StrokeKind::Middle);
-            painter.line_segment(
-                [
-                    frame.left_top() + vec2(0.0, 3.0),
-                    frame.right_top() + vec2(0.0, 3.0),
-                ],
-                line,
-            );
-        }
         Icon::Fold => {
             painter.add(triangle([(-4.0, -2.5), (4.0, -2.5), (0.0, 3.0)]));
         }

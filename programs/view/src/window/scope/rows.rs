@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use jde_abi::describe::Kind;
 use jde_core::Health;
 use jde_records::snapshot::{SchemaView, Snapshot};
-use jde_timeline::{Hierarchy, HierarchyRow, health_word};
+use jde_timeline::{Hierarchy, HierarchyRow, health_word, state_word};
 use serde::{Deserialize, Serialize};
 
 /// Selects the schemas to show.
@@ -43,7 +43,7 @@ impl Filter {
                 "{} {} {kind} {} {}",
                 view.name,
                 view.type_name,
-                view.state.name(),
+                state_word(view),
                 health_word(&view.health)
             )
             .to_lowercase();

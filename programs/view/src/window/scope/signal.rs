@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Align2, Color32, Painter, Pos2, Rect, Stroke, pos2};
+use eframe::egui::{Align2, Painter, Pos2, Rect, Stroke, pos2};
+use jde_panel::Ink;
 use jde_timeline::{Trace, range};
 
 use super::axis::Scale;
 use super::field::FieldPath;
 use super::paint;
-use crate::style::Style;
+use crate::style::{self, Style};
 
 /// Maximum number of values kept: 27 minutes at 50 Hz.
 const MAX_VALUES: usize = 80_000;
@@ -92,7 +93,7 @@ impl Signal {
     /// Draws the curve until a time. Each value lasts until the next.
     pub(super) fn draw(&self, painter: &Painter, rect: Rect, scale: &Scale, end: f64, style: &Style) {
         let shown = || self.trace().between(scale.from, scale.to);
-        let faint = Color32::from_gray(128);
+        let faint = style::color_of(Ink::Faint, style);
         let Some((least, most)) = range(shown().map(|(_, value)| value)) else {
             let text = match &self.place {
                 Ok(_) => "no value yet",

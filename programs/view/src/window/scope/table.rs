@@ -1,22 +1,27 @@
 //! The left half of a schema's row: its facts in columns, and an operator's actions.
 
-use eframe::egui::{Align2, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{Align2, Color32, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use jde_abi::describe::Kind;
 use jde_core::State;
 use jde_link::message::Action;
 use jde_panel::Ink;
 use jde_records::snapshot::SchemaView;
-use jde_timeline::{Children, Severity, health_reason, health_severity, health_word};
+use jde_timeline::{
+    Children, HierarchyRow, Severity, health_reason, health_severity, health_word, state_word,
+};
 
 use super::cells;
 use super::columns::{self, Column};
 use super::input::{Input, Request};
+use super::operate;
 use super::paint::{self, Icon, ROW};
 use super::period::Period;
 use crate::style::{self, Style, time};
 
 /// Minimum width of the names, in points.
 const MIN_NAME_WIDTH: f32 = 110.0;
+/// Width for who holds a schema, in points: "forced by ana@l…".
+const HELD_WIDTH: f32 = 100.0;
 /// Indentation per level of the tree, in points.
 pub(super) const INDENT: f32 = 10.0;
 
@@ -36,9 +41,35 @@ pub(super) struct RowActions {
     pub(super) folded: bool,
 }
 
+/// Returns the width that the longest name of the rows needs, with the beginning of who holds the schema, in points.
+pub(super) fn name_width(ui: &Ui, seen: &Input<'_>, list: &[HierarchyRow]) -> f32 {
+    let begin = |depth: usize| 4.0 + depth as f32 * INDENT + 16.0;
+    let held = |view: &SchemaView| if view.operator.is_some() { HELD_WIDTH } else { 6.0 };
+    let rows = list.iter().filter_map(|row| {
+        let view = seen.snapshot.schemas.get(row.schema()?)?;
+        let beside = begin(row.depth) + held(view);
+        Some((
+            view.name.chars().count() as f32 * paint::LETTER + beside,
+            beside,
+            &view.name,
+        ))
+    });
+    // One name is measured, not thousands.
+    let longest = rows.max_by(|one, other| one.0.total_cmp(&other.0));
+    longest.map_or(0.0, |(_, beside, name)| {
+        let galley = ui
+            .painter()
+            .layout_no_wrap(name.clone(), paint::font(), Color32::WHITE);
+        beside + galley.size().x
+    })
+}
+
 impl Table {
-    pub(super) fn new(left: f32, right: f32) -> Self {
-        let columns = columns::fitting(right - left - MIN_NAME_WIDTH, right - 4.0);
+    /// Divides the space: the state has its place, then the names have theirs, and then the other columns as they fit.
+    pub(super) fn new(left: f32, right: f32, names: f32) -> Self {
+        let most = (right - left - Column::State.width()).max(MIN_NAME_WIDTH);
+        let names = names.clamp(MIN_NAME_WIDTH, most);
+        let columns = columns::fitting(right - left - names, right - 4.0);
         Self {
             left,
             right,
@@ -63,7 +94,7 @@ impl Table {
                     );
                     cell
                 }
-                Column::State | Column::Health | Column::Buttons => {
+                Column::State | Column::Health => {
                     paint::write(ui.painter(), cell, title, paint::small(), faint);
                     cell
                 }
@@ -133,8 +164,9 @@ impl Table {
         }
         for &(column, x) in &self.columns {
             let cell = self.cell(rect, column, x);
-            self.fact(ui, cell, column, seen, view, editing, style, requests);
+            self.fact(ui, cell, column, view, editing, style, requests);
         }
+        row.context_menu(|ui| operate::actions(ui, seen, view, false, requests));
         if row.hovered() {
             row.on_hover_ui(|ui| details(ui, seen, place));
         }
@@ -147,7 +179,6 @@ impl Table {
         ui: &mut Ui,
         cell: Rect,
         column: Column,
-        seen: &Input<'_>,
         view: &SchemaView,
         editing: &mut Period,
         style: &Style,
@@ -199,7 +230,6 @@ impl Table {
                 };
                 paint::write_right(ui.painter(), cell, &view.overruns.to_string(), color);
             }
-            Column::Buttons => cells::buttons(ui, cell, seen, view, requests),
         }
     }
 }
@@ -207,7 +237,7 @@ impl Table {
 /// The row as text, for screen readers.
 fn accessible_text(view: &SchemaView) -> String {
     let (health, reason) = (health_word(&view.health), health_reason(&view.health));
-    let mut text = format!("{}, {}, {health}", view.name, view.state.name(),);
+    let mut text = format!("{}, {}, {health}", view.name, state_word(view));
     if let Some(reason) = reason {
         text += &format!(": {reason}");
     }
@@ -233,7 +263,7 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
     let (health, reason) = (health_word(&view.health), health_reason(&view.health));
     let mut lines = vec![format!(
         "{}{}, {health}",
-        view.state.name(),
+        state_word(view),
         if view.authority { " with authority" } else { "" }
     )];
     lines.extend(reason.map(|reason| format!("Reason: {reason}")));

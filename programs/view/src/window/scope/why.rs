@@ -11,6 +11,9 @@ use super::input::Input;
 use super::paint;
 use crate::style::{self, Style, time};
 
+/// Least width of a switch in the list for its case, in points.
+const MIN_WIDTH_WITH_CASE: f32 = 280.0;
+
 /// The list of switches and the opened record.
 #[derive(Debug, Default)]
 pub(super) struct SwitchDetails {
@@ -87,7 +90,10 @@ impl SwitchDetails {
                     "A group selects after each iteration of its winner. Most selections do not change the winner.",
                 );
             if seen.timeline.missed() > 0 {
-                let text = format!("{} lines were lost", seen.timeline.missed());
+                let text = match seen.timeline.missed() {
+                    1 => "1 line was lost".to_owned(),
+                    missed => format!("{missed} lines were lost"),
+                };
                 ui.label(RichText::new(text).color(style::color_of(Ink::Warn, style)))
                     .on_hover_text("The network or this machine was too slow.");
             }
@@ -211,6 +217,11 @@ fn line(ui: &Ui, rect: Rect, timeline: &Timeline, decision: &Decision, opened: b
         ui.visuals().weak_text_color()
     };
     let inside = rect.shrink2(vec2(4.0, 0.0));
+    // In a narrow list, the schemas are more important than the case, which the record has.
+    if inside.width() < MIN_WIDTH_WITH_CASE {
+        paint::write(ui.painter(), inside, &summary(decision), paint::font(), color);
+        return;
+    }
     let case = Rect::from_min_max(inside.right_top() - vec2(58.0, 0.0), inside.right_bottom());
     let text = inside.with_max_x(case.left());
     paint::write(ui.painter(), text, &summary(decision), paint::font(), color);

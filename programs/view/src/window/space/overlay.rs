@@ -7,7 +7,7 @@ use jde_panel::Ink;
 use super::compose::axis_colors;
 use super::draw_list::DrawList;
 use super::orbit::Eye;
-use crate::style::{Style, color_of};
+use crate::style::{Style, color_of, text_on};
 
 /// Margin around the text of a label.
 const PADDING: egui::Vec2 = vec2(4.0, 1.5);
@@ -96,11 +96,7 @@ pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
         let tip = middle + vec2(axis.dot(eye.right), -axis.dot(eye.up)) * GIZMO_LENGTH;
         painter.line_segment([middle, tip], Stroke::new(2.5, color));
         painter.circle_filled(tip, 7.5, color);
-        let color = if style.dark {
-            Color32::BLACK
-        } else {
-            Color32::WHITE
-        };
+        let color = text_on(color);
         painter.text(
             tip,
             Align2::CENTER_CENTER,
@@ -114,9 +110,9 @@ pub(crate) fn gizmo(painter: &Painter, rect: Rect, eye: &Eye, style: &Style) {
 /// Draws a text on a background that keeps it readable.
 pub(crate) fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Color32, style: &Style) {
     let ground = if style.dark {
-        Color32::from_black_alpha(150)
+        Color32::from_black_alpha(200)
     } else {
-        Color32::from_white_alpha(190)
+        Color32::from_white_alpha(225)
     };
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), color);
     let rect = align.anchor_size(at, galley.size() + 2.0 * PADDING);

@@ -173,6 +173,9 @@ impl Values {
                 && session.can_set(&info.owner)
             {
                 edit::show(ui, session, style, &mut self.edits, row, info, seen);
+            } else if session.is_over() && !seen.is_known() {
+                ui.label(RichText::new("not received").color(style::color_of(Ink::Faint, style)))
+                    .on_hover_text("The application ended before this value was on the screen.");
             } else {
                 cell::value(ui, style, row, info, seen);
             }

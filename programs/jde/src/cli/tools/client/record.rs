@@ -1,9 +1,11 @@
 //! `jde record`: records a running application from another process or machine.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use clap::{Args, ValueHint};
@@ -66,6 +68,9 @@ pub(crate) struct Record {
     /// Overwrite an existing recording.
     #[arg(long)]
     overwrite: bool,
+    /// End at the end of standard input, and so with the process that started this one, even if that is killed.
+    #[arg(long, hide = true)]
+    until_eof: bool,
     #[command(flatten)]
     panels: Option<PanelOptions>,
     #[command(flatten)]
@@ -132,7 +137,11 @@ impl Record {
             }
         })?);
         let end = self.time.map(|time| Instant::now() + Duration::from_nanos(time));
-        wait_for_end(&remote, &recorder, recorded_variables, end, is_triggered)?;
+        let limit = Limit {
+            end,
+            until_eof: self.until_eof,
+        };
+        wait_for_end(&remote, &recorder, recorded_variables, &limit, is_triggered)?;
         drop(subscriptions);
         let recorded = recording_summary(&self.file, is_triggered, recorder.finish());
         let mut out = terminal::out();
@@ -191,12 +200,20 @@ fn process_states(triggers: &mut Triggers, hierarchy: &Snapshot) {
     }
 }
 
+/// What ends a recording besides Ctrl-C and the application's end.
+struct Limit {
+    /// A time.
+    end: Option<Instant>,
+    /// The end of standard input.
+    until_eof: bool,
+}
+
 /// Waits until the recording has to end.
 fn wait_for_end(
     remote: &Remote,
     recorder: &Recorder,
     variables: usize,
-    end: Option<Instant>,
+    limit: &Limit,
     is_triggered: bool,
 ) -> Result<(), Failure> {
     let (sender, receiver) = channel();
@@ -206,6 +223,15 @@ fn wait_for_end(
             let _ = sender.send(());
         })?
     };
+    if limit.until_eof {
+        let sender = sender.clone();
+        // The thread is not joined. It ends at the latest with the process.
+        thread::Builder::new().name("stdin".to_owned()).spawn(move || {
+            // The end of the input and an error both mean that the recording is to end.
+            let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+            let _ = sender.send(());
+        })?;
+    }
     remote.on_gone(move || {
         let _ = sender.send(());
     });
@@ -225,7 +251,7 @@ fn wait_for_end(
     )?;
     let start = Instant::now();
     loop {
-        let wait = end.map_or(PROGRESS_INTERVAL, |end| {
+        let wait = limit.end.map_or(PROGRESS_INTERVAL, |end| {
             end.saturating_duration_since(Instant::now())
                 .min(PROGRESS_INTERVAL)
         });

@@ -1,6 +1,7 @@
 //! Selects the application of a verb and the connection to it.
 
 use std::cell::RefCell;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
@@ -32,6 +33,17 @@ impl Target {
     pub(crate) fn typed_app(&self) -> Option<&str> {
         let default = std::env::var("JDE_APP").ok();
         self.app.as_deref().filter(|app| Some(*app) != default.as_deref())
+    }
+
+    /// Its options without the application, for another process of this program.
+    pub(crate) fn link_options(&self) -> Vec<OsString> {
+        let endpoints = self.at.iter().map(|endpoint| format!("--at={endpoint}").into());
+        let key = self.key.iter().map(|key| {
+            let mut option = OsString::from("--key=");
+            option.push(key);
+            option
+        });
+        endpoints.chain(key).collect()
     }
 
     /// Whether an endpoint was typed, and is not only set in the environment.

@@ -137,12 +137,16 @@ fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult
             text += &format!("  {FAINT}{}{FAINT:#}\n", escape(selection));
         }
     }
+    let view = match &result.failure {
+        Some(failure) => jde_report::view_command("failure.mcap", failure.at),
+        None => "jde view failure.mcap".to_owned(),
+    };
     let file = escape(&display_path(&experiment.file));
     let seed = task
         .seed
         .map_or_else(String::new, |seed| format!(" --seed {seed}"));
     let number = task.drive;
     text + &format!(
-        "  see it: jde experiment {file} --drive {number}{seed}{options} --record failure.mcap; jde view failure.mcap\n"
+        "  see it: jde experiment {file} --drive {number}{seed}{options} --record failure.mcap; {view}\n"
     )
 }
