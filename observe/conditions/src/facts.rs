@@ -84,7 +84,9 @@ fn of_occurrence<'a, N: Naming>(
             overrun: true,
             fault: None,
         }),
-        What::Refused { schema, description } => Some(Fact::Refused {
+        What::Refused {
+            schema, description, ..
+        } => Some(Fact::Refused {
             schema: name(schema)?,
             text: description,
         }),

@@ -225,6 +225,7 @@ mod tests {
             cause: String::new(),
             changed: false,
             takeover_us: None,
+            refused: Vec::new(),
         }
     }
 

@@ -36,6 +36,9 @@ pub struct Decision {
     /// Time from the cause to the winner's first iteration, us; `None` if the choice was not carried out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub takeover_us: Option<f64>,
+    /// The candidates that were not ready because a guard had refused a command of theirs (R18).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<RefusedCandidate>,
 }
 
 impl Decision {
@@ -74,6 +77,16 @@ impl Decision {
         self.changed && (self.takeover_us.is_some() || self.choice.is_none())
     }
 
+    /// Returns why a candidate was not ready that a guard had refused, in words, and how long that lasts.
+    #[must_use]
+    pub fn refusal_of(&self, candidate: &str) -> Option<String> {
+        let refused = self.refused.iter().find(|refused| refused.name == candidate)?;
+        Some(format!(
+            "{}; not ready for {:.2} s more",
+            refused.reason, refused.left_s
+        ))
+    }
+
     /// Returns the name of the choice before, or "nobody".
     #[must_use]
     pub fn before_name(&self) -> &str {
@@ -99,6 +112,17 @@ pub struct CandidateRecord {
     pub ready: bool,
     /// The urgency that it offered; `None` if that was not finite.
     pub urgency: Option<f64>,
+}
+
+/// A candidate that was not ready because a guard had refused a command of it (R18).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RefusedCandidate {
+    /// Its name.
+    pub name: String,
+    /// The guard and its reason, in words.
+    pub reason: String,
+    /// How long the refusal lasts from this selection on, s.
+    pub left_s: f64,
 }
 
 /// Who decided a selection. Its form in messages is its name.

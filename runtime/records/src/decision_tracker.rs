@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use jde_app::Application;
 use jde_core::{Cause, GroupId, Nanos, Record, SchemaId, State, Table, Timer};
 
-use super::{CandidateRecord, Decision, seconds};
+use super::{CandidateRecord, Decision, RefusedCandidate, seconds};
 use crate::event::{Event, Occurrence, What};
 
 /// How long a selection waits for the first iteration of its winner, ns. Takeovers take milliseconds (R17),
@@ -26,8 +26,8 @@ pub struct DecisionTracker {
     names: Table<SchemaId, String>,
     /// The group in which each schema competes.
     group_of: Table<SchemaId, Option<GroupId>>,
-    /// The last refusal of each schema, in words.
-    refusals: Table<SchemaId, Option<String>>,
+    /// The last refusal of each schema by a guard.
+    refusals: Table<SchemaId, Option<Refusal>>,
     groups: Table<GroupId, PendingGroup>,
     /// Selections that began to wait, in the order of their times: the group, the record's number, and until
     /// when. Those that wait no longer are skipped.
@@ -42,10 +42,18 @@ struct PendingGroup {
     queued: Vec<Selection>,
 }
 
-/// A selection, and its cause in words: a later refusal has other words.
+/// A selection with what refusals say of it: a later refusal has other words.
 struct Selection {
     record: Record,
     cause: String,
+    refused: Vec<RefusedCandidate>,
+}
+
+/// A refusal of a command by a guard (R18).
+struct Refusal {
+    words: String,
+    /// When the schema may be READY again.
+    until: Nanos,
 }
 
 impl DecisionTracker {
@@ -100,8 +108,16 @@ impl DecisionTracker {
                     }
                     return completed;
                 }
-                if let What::Refused { schema, description } = what {
-                    self.refusals[*schema] = Some(description.clone());
+                if let What::Refused {
+                    schema,
+                    description,
+                    retry: Some(retry),
+                } = what
+                {
+                    self.refusals[*schema] = Some(Refusal {
+                        words: description.clone(),
+                        until: time.saturating_add(*retry),
+                    });
                 }
                 Vec::new()
             }
@@ -134,6 +150,7 @@ impl DecisionTracker {
         let selection = Selection {
             record: record.clone(),
             cause: self.cause_text(record.cause),
+            refused: self.refused_candidates(record),
         };
         let group = &mut self.groups[id];
         if record.changed && record.choice.is_some_and(|choice| !is_winner(choice)) {
@@ -173,10 +190,23 @@ impl DecisionTracker {
 
     fn cause_text(&self, cause: Cause) -> String {
         let refusal = match cause {
-            Cause::Refused(id) => self.refusals[id].as_deref(),
+            Cause::Refused(id) => self.refusals[id].as_ref().map(|refusal| refusal.words.as_str()),
             _ => None,
         };
         cause_text(cause, |id| self.names[id].clone(), refusal)
+    }
+
+    fn refused_candidates(&self, record: &Record) -> Vec<RefusedCandidate> {
+        let unready = record.candidates.iter().filter(|candidate| !candidate.ready);
+        let refused = unready.filter_map(|candidate| {
+            let Refusal { words, until } = self.refusals[candidate.id].as_ref()?;
+            (*until > record.time).then(|| RefusedCandidate {
+                name: self.names[candidate.id].clone(),
+                reason: words.clone(),
+                left_s: seconds(until - record.time),
+            })
+        });
+        refused.collect()
     }
 
     /// Completes the selections that have waited too long.
@@ -188,7 +218,12 @@ impl DecisionTracker {
         completed
     }
 
-    fn decision(&self, Selection { record, cause }: Selection, takeover: Option<Nanos>) -> Decision {
+    fn decision(&self, selection: Selection, takeover: Option<Nanos>) -> Decision {
+        let Selection {
+            record,
+            cause,
+            refused,
+        } = selection;
         let name = |id: SchemaId| self.names[id].clone();
         Decision {
             number: record.number,
@@ -212,6 +247,7 @@ impl DecisionTracker {
             cause,
             changed: record.changed,
             takeover_us: takeover.map(|latency| latency as f64 / 1e3),
+            refused,
         }
     }
 }

@@ -19,7 +19,7 @@ use jde_app::Application;
 use jde_core::Nanos;
 
 use crate::event::{Event, Names, What};
-pub use decision::{CandidateRecord, DecidedBy, Decision};
+pub use decision::{CandidateRecord, DecidedBy, Decision, RefusedCandidate};
 pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT};
 pub use resource_usage::ResourceUsage;
 

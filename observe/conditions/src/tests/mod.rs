@@ -316,6 +316,7 @@ fn decision(time_s: f64, group: &str, case: &str, choice: Option<&str>, changed:
         cause: String::new(),
         changed,
         takeover_us: None,
+        refused: Vec::new(),
     })
 }
 

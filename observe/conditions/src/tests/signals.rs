@@ -104,6 +104,7 @@ fn records_and_events_have_the_same_effect_on_signals() {
             What::Refused {
                 schema: GOON,
                 description: String::new(),
+                retry: None,
             }
             .at(5),
         ),

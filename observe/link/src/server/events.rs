@@ -235,6 +235,7 @@ mod tests {
             cause: "the readiness of listener0 changed".to_owned(),
             changed: true,
             takeover_us: None,
+            refused: Vec::new(),
         })
     }
 

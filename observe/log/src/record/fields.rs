@@ -2,13 +2,20 @@
 
 use jde_core::{Case, State};
 use jde_records::wire::{EventMessage, StateMessage, state_name, state_named};
-use jde_records::{CandidateRecord, DecidedBy, Decision};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RefusedCandidate};
 use jde_ros::cdr::{Error, Reader, Writer};
 
 /// A message that is being read or written.
 pub(super) enum Cdr<'a, 'b> {
     Read(&'a mut Reader<'b>),
     Write(&'a mut Writer<'b>),
+}
+
+impl Cdr<'_, '_> {
+    /// Whether a message that is read has no more fields.
+    fn is_at_end(&self) -> bool {
+        matches!(self, Self::Read(reader) if reader.is_at_end())
+    }
 }
 
 /// A part of a message.
@@ -134,7 +141,19 @@ impl Fields for Decision {
         let mut takeover = self.takeover_us.map(|us| us / 1e6);
         takeover.fields(cdr)?;
         self.takeover_us = takeover.map(|seconds| (seconds * 1e9).round() / 1e3);
-        Ok(())
+        if cdr.is_at_end() {
+            // Messages of earlier versions end before it.
+            return Ok(());
+        }
+        self.refused.fields(cdr)
+    }
+}
+
+impl Fields for RefusedCandidate {
+    fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
+        self.name.fields(cdr)?;
+        self.reason.fields(cdr)?;
+        self.left_s.fields(cdr)
     }
 }
 
@@ -159,9 +178,7 @@ impl Fields for StateMessage {
 /// The event itself, as JSON. Messages of earlier versions end before it.
 impl Fields for Option<serde_json::Value> {
     fn fields(&mut self, cdr: &mut Cdr<'_, '_>) -> Result<(), Error> {
-        if let Cdr::Read(reader) = cdr
-            && reader.is_at_end()
-        {
+        if cdr.is_at_end() {
             return Ok(());
         }
         let mut text = self.as_ref().map(ToString::to_string).unwrap_or_default();

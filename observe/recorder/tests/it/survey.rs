@@ -39,6 +39,7 @@ fn decision(time_s: f64, group: &str, case: &str, changed: bool) -> RunRecord {
         cause: String::new(),
         changed,
         takeover_us: None,
+        refused: Vec::new(),
     })
 }
 

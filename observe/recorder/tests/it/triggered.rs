@@ -110,6 +110,7 @@ impl Bench {
             cause: "the application started".to_owned(),
             changed: true,
             takeover_us: None,
+            refused: Vec::new(),
         }));
     }
 

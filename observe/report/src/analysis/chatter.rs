@@ -168,6 +168,7 @@ mod tests {
             cause: String::new(),
             changed: true,
             takeover_us: None,
+            refused: Vec::new(),
         }
     }
 

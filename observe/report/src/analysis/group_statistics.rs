@@ -134,6 +134,7 @@ mod tests {
             cause: String::new(),
             changed: before != choice,
             takeover_us,
+            refused: Vec::new(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! The switches of a page: every selection that changed a winner, with its why-record (R15).
 
 use jde_core::State;
+use jde_records::Decision;
 use jde_records::wire::state_name;
-use jde_records::{CandidateRecord, Decision};
 use maud::{Markup, html};
 
 use super::{Page, at, counted};
@@ -51,7 +51,6 @@ fn switch_row(page: &Page<'_>, decision: &Decision) -> Markup {
     let Decision {
         time_s,
         group,
-        candidates,
         before,
         choice,
         decider,
@@ -66,7 +65,7 @@ fn switch_row(page: &Page<'_>, decision: &Decision) -> Markup {
             td.name { (group) }
             td.name { (page.choice(before.as_deref())) }
             td.name { (page.choice(choice.as_deref())) }
-            td { (reason) br; small { (cause) } br; (candidate_list(candidates)) }
+            td { (reason) br; small { (cause) } br; (candidate_list(decision)) }
             td { (case(page, decision)) }
             td { (decider) }
             td.n { @if let Some(us) = takeover_us { (chart::seconds(us / 1e6)) } @else { "–" } }
@@ -82,14 +81,15 @@ fn case(page: &Page<'_>, decision: &Decision) -> Markup {
 }
 
 /// The candidates: `stop checking · vff winner, ready, urgency 0.42`. Those that were ready are in bold.
-fn candidate_list(candidates: &[CandidateRecord]) -> Markup {
+fn candidate_list(decision: &Decision) -> Markup {
     html! {
         span.who {
-            @for (place, candidate) in candidates.iter().enumerate() {
+            @for (place, candidate) in decision.candidates.iter().enumerate() {
                 @if place > 0 { " · " }
                 @if candidate.ready { b { (candidate.name) } } @else { (candidate.name) }
                 " " (state_name(candidate.state))
                 @if candidate.ready && candidate.state != State::Ready { ", ready" }
+                @if let Some(refusal) = decision.refusal_of(&candidate.name) { ", " (refusal) }
                 @if let Some(urgency) = candidate.urgency.filter(|urgency| *urgency != 0.0) { ", urgency " (format!("{urgency:.3}")) }
             }
         }

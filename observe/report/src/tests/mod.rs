@@ -143,6 +143,7 @@ fn decision(time_s: f64, before: Option<String>, winner: &str, names: [&str; 2])
         cause: "time was up".to_owned(),
         changed: true,
         takeover_us: Some(1500.0),
+        refused: Vec::new(),
     }
 }
 

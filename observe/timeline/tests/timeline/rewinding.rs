@@ -37,6 +37,7 @@ fn record(number: u64, time: Nanos, competitor: usize, kind: usize) -> RunRecord
         6 => What::Refused {
             schema: name,
             description: format!("command {number}"),
+            retry: None,
         },
         7 => What::HealthChanged {
             schema: name,

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use jde_core::{Case, State};
 use jde_records::event::{OperatorAction, Outcome, StateChange, What};
-use jde_records::{CandidateRecord, DecidedBy, Decision, RunRecord};
+use jde_records::{CandidateRecord, DecidedBy, Decision, RefusedCandidate, RunRecord};
 use jde_timeline::{Hierarchy, Keep, Timeline};
 
 use super::{Answer, DueStep, KnownSpan, Past, Question, write};
@@ -37,6 +37,7 @@ fn decision(number: u64, time_s: f64, before: Option<&str>, choice: Option<&str>
         cause: "the readiness of vff changed".to_owned(),
         changed: before != choice,
         takeover_us: choice.map(|_| 400.0),
+        refused: Vec::new(),
     }
 }
 
@@ -211,6 +212,26 @@ example/base at 12.402 s: goon -> vff  (selection 3)
   after        14.000 s  example/base: vff -> goon  only goon is ready, took 400 µs
 ";
     assert_eq!(text, expected);
+}
+
+#[test]
+fn an_answer_shows_which_guard_a_candidate_waits_for() {
+    let mut decisions = drive();
+    decisions[2].refused.push(RefusedCandidate {
+        name: "stop".to_owned(),
+        reason: "command refused by the guard `net`: too near".to_owned(),
+        left_s: 0.32,
+    });
+    let found = question("vff goon 12.4s").answer(past(&decisions, KNOWN), &[]);
+    for marked in [None, Some("stop")] {
+        let mut output = Vec::new();
+        write(&found, marked, &mut output).unwrap();
+        let text = jde_terminal::escape::without_styles(&String::from_utf8(output).unwrap());
+        let expected = "stop  checking not ready  \
+            <- command refused by the guard `net`: too near; not ready for 0.32 s more\n";
+        assert!(text.contains(expected), "{text}");
+        assert!(!text.contains("its precondition"), "{text}");
+    }
 }
 
 #[test]

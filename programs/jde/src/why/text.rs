@@ -138,8 +138,9 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         .unwrap_or(0);
     for (index, candidate) in candidates.iter().enumerate() {
         let title = if index == 0 { "candidates" } else { "" };
-        let mark = match marked {
-            Some(marked) if marked == candidate.name => {
+        let mark = match (decision.refusal_of(&candidate.name), marked) {
+            (Some(refusal), _) if !candidate.ready => format!("  {WARN}<- {refusal}{WARN:#}"),
+            (_, Some(marked)) if marked == candidate.name => {
                 format!("  {WARN}<- {}{WARN:#}", verdict(candidate, decision))
             }
             _ if choice.as_ref() == Some(&candidate.name) => format!("  {GOOD}<- chosen{GOOD:#}"),

@@ -166,6 +166,7 @@ fn the_time_range_of_a_recording_begins_at_its_first_message() {
         cause: "it became ready".to_owned(),
         changed: true,
         takeover_us: None,
+        refused: Vec::new(),
     }));
     recorder.finish();
     for (time, error) in [

@@ -76,6 +76,7 @@ impl Engine {
             description: format!(
                 "{count} {gestures} on its panel: it failed or was unloaded before it took them up"
             ),
+            retry: None,
         });
     }
 

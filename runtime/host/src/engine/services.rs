@@ -273,6 +273,7 @@ impl Engine {
         self.rules.report_now(What::Refused {
             schema: instance,
             description: what,
+            retry: None,
         });
     }
 

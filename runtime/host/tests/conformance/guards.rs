@@ -109,7 +109,13 @@ fn r18_the_next_candidate_acts_instead_of_a_refused_one(executor: Executor) {
         .collect();
     let cause = "high: command refused by the guard `eye`: 0.5 m/s, and at most 0.2 m/s are safe";
     let is_next = |decision: &Decision| decision.cause == cause && decision.choice.as_deref() == Some("low");
-    assert!(decisions.iter().any(is_next), "{decisions:#?}");
+    let next = decisions.iter().find(|decision| is_next(decision));
+    let refused = next.map(|next| next.refused.as_slice());
+    let reason = "command refused by the guard `eye`: 0.5 m/s, and at most 0.2 m/s are safe";
+    assert!(
+        matches!(refused, Some([refused]) if refused.name == "high" && refused.reason == reason && (0.0..=0.05).contains(&refused.left_s)),
+        "{decisions:#?}"
+    );
 }
 
 fn r18_a_refused_schema_may_try_again(executor: Executor) {

@@ -103,6 +103,7 @@ pub(crate) fn what(time: Nanos, message: &EventMessage) -> Option<What<String>> 
         "refused" => Some(What::Refused {
             schema: schema()?,
             description: text.to_owned(),
+            retry: None,
         }),
         "limited" => Some(What::Limited {
             schema: schema()?,

@@ -119,7 +119,11 @@ fn events_in_words() -> impl Strategy<Value = What<String>> {
                 reached,
             }
         }),
-        (schema(), ".{0,20}").prop_map(|(schema, description)| What::Refused { schema, description }),
+        (schema(), ".{0,20}").prop_map(|(schema, description)| What::Refused {
+            schema,
+            description,
+            retry: None
+        }),
         (schema(), ".{0,20}").prop_map(|(schema, description)| What::Limited { schema, description }),
         (schema(), build(), ".{0,20}").prop_map(|(schema, build, reason)| What::ReloadRolledBack {
             schema,

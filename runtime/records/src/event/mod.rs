@@ -197,6 +197,9 @@ pub enum What<N: Naming = SchemaId> {
         schema: N,
         /// What was refused, and why.
         description: String,
+        /// How long the schema is not READY from then on: the retry of its group, if a guard refused its command (R18).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        retry: Option<Nanos>,
     },
     /// A guard limits the commands of a schema: lesser ones take effect (R18). Reported once for as long as it goes
     /// on.

@@ -122,9 +122,14 @@ impl Names {
                 abandoned,
                 process,
             },
-            What::Refused { schema, description } => What::Refused {
+            What::Refused {
+                schema,
+                description,
+                retry,
+            } => What::Refused {
                 schema: name(schema),
                 description,
+                retry,
             },
             What::Limited { schema, description } => What::Limited {
                 schema: name(schema),

@@ -244,5 +244,6 @@ pub(crate) fn selection(
         cause: format!("the readiness of {choice} changed"),
         changed: true,
         takeover_us: Some(1240.0),
+        refused: Vec::new(),
     }
 }

@@ -291,12 +291,16 @@ fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
             let chosen = decision.choice.as_ref() == Some(&candidate.name);
             let name = RichText::new(&candidate.name);
             ui.label(if chosen { name.strong() } else { name });
-            let (precondition, color) = if candidate.ready {
-                ("holds", Ink::Good)
-            } else {
-                ("does not hold", Ink::Faint)
+            let refusal = decision.refusal_of(&candidate.name);
+            let (precondition, color) = match (candidate.ready, &refusal) {
+                (true, _) => ("holds", Ink::Good),
+                (false, Some(_)) => ("refused by a guard", Ink::Bad),
+                (false, None) => ("does not hold", Ink::Faint),
             };
-            ui.label(RichText::new(precondition).color(style::color_of(color, style)));
+            let label = ui.label(RichText::new(precondition).color(style::color_of(color, style)));
+            if let Some(refusal) = refusal {
+                label.on_hover_text(refusal);
+            }
             let urgency = candidate
                 .urgency
                 .map_or_else(|| "no number".to_owned(), |urgency| format!("{urgency:.3}"));

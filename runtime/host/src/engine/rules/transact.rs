@@ -286,9 +286,11 @@ impl Rules {
             }
             Effect::Refused(id) => {
                 if let Some(description) = rules.refusal.take() {
+                    let group = self.application.instances[id].group;
                     let refused = What::Refused {
                         schema: id,
                         description,
+                        retry: group.map(|group| self.application.groups[group].retry_ns),
                     };
                     self.notify_observers(rules, &refused.at(now).into());
                 }
