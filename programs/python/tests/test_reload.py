@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import select
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -67,10 +67,19 @@ class Watched:
         )
         self.shown = ""
 
+    def until_running(self) -> None:
+        """Wait until the schemas publish."""
+        while self.robot.jde("watch", "other.number", "--count", "1").status != 0:
+            pass
+
     def until_reloaded(self, times: int) -> None:
         """Read until the run has said so often of each schema that it was reloaded."""
+        self.until(lambda shown: all(shown.count(f"{schema} reloaded: runs") >= times for schema in ("mine", "other")))
+
+    def until(self, holds: Callable[[str], bool]) -> None:
+        """Read until this holds of what the run has said."""
         assert self._program.stdout is not None
-        while any(self.shown.count(f"{schema} reloaded: runs") < times for schema in ("mine", "other")):
+        while not holds(self.shown):
             assert select.select([self._program.stdout], [], [], PATIENCE)[0], self.shown
             read = os.read(self._program.stdout.fileno(), 4096)
             assert read, self.shown
@@ -92,8 +101,7 @@ def watched(robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
 
 
 def test_every_schema_of_a_changed_file_is_reloaded(watched: Watched) -> None:
-    while watched.robot.jde("watch", "other.number", "--count", "1").status != 0:
-        pass
+    watched.until_running()
     file = watched.robot.folder / "mine.py"
     file.write_text(FILE.replace("1.0", "2.0"))
     watched.until_reloaded(1)
@@ -103,3 +111,23 @@ def test_every_schema_of_a_changed_file_is_reloaded(watched: Watched) -> None:
     watched.until_reloaded(2)
     numbers = [watched.robot.jde("get", f"{schema}.number").text.strip() for schema in ("mine", "other")]
     assert numbers == ["3", "3"]
+
+
+def test_a_module_beside_the_file_is_a_part_of_it(watched: Watched) -> None:
+    watched.until_running()
+    folder = watched.robot.folder
+    (folder / "helper.py").write_text("NUMBER = 4.0\n")
+    (folder / "mine.py").write_text("import helper\n" + FILE.replace("1.0", "helper.NUMBER"))
+    watched.until_reloaded(1)
+    (folder / "helper.py").write_text("NUMBER = 5.0\n")
+    watched.until_reloaded(2)
+    assert watched.robot.jde("get", "other.number").text.strip() == "5"
+
+
+def test_a_file_that_cannot_be_read_is_an_event_with_the_whole_error(watched: Watched) -> None:
+    watched.until_running()
+    (watched.robot.folder / "mine.py").write_text(FILE + "\ndef broken(:\n")
+    watched.until(lambda shown: shown.count("SyntaxError") >= 2)
+    assert "def broken(:" in watched.shown and "reload-undone" in watched.shown, watched.shown
+    events = watched.robot.jde("events", "--once").text
+    assert events.count("SyntaxError") == 2 and "def broken(:" in events, events

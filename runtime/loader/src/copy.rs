@@ -6,13 +6,13 @@ use std::fs::{self, File};
 use std::io;
 use std::os::fd::{AsFd as _, OwnedFd};
 use std::os::unix::fs::FileExt as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 use tempfile::TempPath;
 
-use super::LoadError;
 use super::python::is_python;
+use super::{LoadError, modules};
 
 /// Copies are called `jde-<process>-<plugin>-<random>` with the extension of the original.
 const PREFIX: &str = "jde-";
@@ -27,6 +27,8 @@ pub(super) struct PrivateCopy {
     path: TempPath,
     /// Open for reading alone.
     file: File,
+    /// What the modules contained that a file of Python imports from beside it.
+    modules: Vec<(PathBuf, Vec<u8>)>,
     /// Size in bytes.
     pub(super) length: u64,
 }
@@ -45,6 +47,12 @@ pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
     let suffix = if is_python(original) { ".py" } else { ".so" };
     let mut file = jde_files::open(original)?;
+    // Before the file is copied: what is written meanwhile is another build.
+    let modules = if is_python(original) {
+        read_modules(original)
+    } else {
+        Vec::new()
+    };
     if file.metadata()?.len() > MAX_FILE {
         return Err(LoadError::Invalid(format!(
             "it has more than {} MiB, and no plugin is that large",
@@ -59,7 +67,12 @@ pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
             let length = io::copy(&mut file, copy.as_file_mut())?;
             let path = copy.into_temp_path();
             let file = File::open(&path)?;
-            Ok(PrivateCopy { path, file, length })
+            Ok(PrivateCopy {
+                path,
+                file,
+                modules,
+                length,
+            })
         });
     copied.map_err(|error| LoadError::Copy {
         folder: std::env::temp_dir(),
@@ -72,15 +85,24 @@ impl PrivateCopy {
         &self.path
     }
 
-    /// Whether both have the same content; false if one cannot be read.
+    /// Whether both have the same content, and imported the same; false if one cannot be read.
     pub(super) fn has_same_content(&self, other: &Self) -> bool {
-        self.length == other.length && compare_files(&self.file, &other.file).unwrap_or(false)
+        self.length == other.length
+            && self.modules == other.modules
+            && compare_files(&self.file, &other.file).unwrap_or(false)
     }
 
     /// Returns the open file, for another process.
     pub(super) fn held(&self) -> io::Result<OwnedFd> {
         self.file.as_fd().try_clone_to_owned()
     }
+}
+
+fn read_modules(file: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let modules = modules::of(file).into_iter();
+    modules
+        .filter_map(|module| Some((module.clone(), fs::read(module).ok()?)))
+        .collect()
 }
 
 /// Whether two files of the same length have the same content.

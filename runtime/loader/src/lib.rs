@@ -14,6 +14,7 @@ pub mod instance;
 mod judge;
 mod load;
 pub mod location;
+pub mod modules;
 pub mod python;
 mod search;
 mod store;

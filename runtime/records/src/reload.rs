@@ -22,13 +22,13 @@ fn shown<S: Serializer>(file: &Option<PathBuf>, serializer: S) -> Result<S::Ok, 
     shown.serialize(serializer)
 }
 
-/// "0.2.0 from target/debug/libvff.so".
+/// "0.2.0 from target/debug/libvff.so", or the file of one that could not be read.
 impl fmt::Display for BuildName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.version)?;
         match &self.file {
-            Some(file) => write!(f, " from {}", file.display()),
-            None => Ok(()),
+            Some(file) if self.version.is_empty() => write!(f, "{}", file.display()),
+            Some(file) => write!(f, "{} from {}", self.version, file.display()),
+            None => f.write_str(&self.version),
         }
     }
 }

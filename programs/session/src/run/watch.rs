@@ -2,7 +2,8 @@
 //!
 //! It compares times, sizes and inode numbers ten times a second instead of using notifications of the
 //! kernel. This works on every file system and needs no library, at ten calls of `stat` a second for each
-//! plugin. Files that a linker has not finished are left alone.
+//! plugin, and for each module that a file of Python imports from beside it. Files that a linker has not finished are left
+//! alone.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;
@@ -14,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use jde_host::Handle;
 use jde_host::reload::{ReloadOptions, Reloader};
-use jde_loader::Plugins;
+use jde_loader::{Plugins, modules, python};
 use jde_records::reload::ReloadOutcome;
 
 /// Time between two checks of the files.
@@ -36,10 +37,12 @@ struct WatchedFile {
     /// Its plugin's place in the application.
     plugin: usize,
     file: PathBuf,
-    /// Its state when it was last handled.
-    handled: Option<FileStamp>,
-    /// Its new state, and since when.
-    pending: Option<(FileStamp, Instant)>,
+    /// The modules that a file of Python imports from beside it.
+    modules: Vec<PathBuf>,
+    /// Its state and theirs when it was last handled.
+    handled: Option<Vec<FileStamp>>,
+    /// The new state, and since when.
+    pending: Option<(Vec<FileStamp>, Instant)>,
     tried: bool,
 }
 
@@ -76,7 +79,7 @@ impl PluginWatcher {
         let watch = move || {
             while let Err(RecvTimeoutError::Timeout) = stopped.recv_timeout(POLL_INTERVAL) {
                 for watched in &mut files {
-                    let action = watched.check(Instant::now(), FileStamp::of(&watched.file));
+                    let action = watched.check(Instant::now(), watched.stamps());
                     if action != ReloadAction::Nothing {
                         reload(&reloader, watched, action);
                     }
@@ -104,28 +107,34 @@ impl Drop for PluginWatcher {
 
 impl WatchedFile {
     fn new(plugin: usize, file: PathBuf) -> Self {
-        Self {
-            handled: FileStamp::of(&file),
+        let mut watched = Self {
             plugin,
+            modules: imported(&file),
             file,
+            handled: None,
             pending: None,
             tried: false,
-        }
+        };
+        watched.handled = watched.stamps();
+        watched
+    }
+
+    /// Returns the state of the file and its modules. A module that is missing will be missed by the file, too.
+    fn stamps(&self) -> Option<Vec<FileStamp>> {
+        let file = FileStamp::of(&self.file)?;
+        let modules = self.modules.iter().filter_map(|module| FileStamp::of(module));
+        Some(std::iter::once(file).chain(modules).collect())
     }
 
     /// Returns what to do about the file's present state. A missing file is about to be replaced.
-    fn check(&mut self, now: Instant, stamp: Option<FileStamp>) -> ReloadAction {
-        let Some(stamp) = stamp else {
+    fn check(&mut self, now: Instant, stamps: Option<Vec<FileStamp>>) -> ReloadAction {
+        let Some(stamps) = stamps.filter(|stamps| self.handled.as_ref() != Some(stamps)) else {
             self.pending = None;
             return ReloadAction::Nothing;
         };
-        if self.handled == Some(stamp) {
-            self.pending = None;
-            return ReloadAction::Nothing;
-        }
-        match self.pending {
-            Some((pending, since)) if pending == stamp => {
-                let unchanged_for = now.saturating_duration_since(since);
+        match &self.pending {
+            Some((pending, since)) if *pending == stamps => {
+                let unchanged_for = now.saturating_duration_since(*since);
                 if unchanged_for >= INCOMPLETE_TIMEOUT {
                     ReloadAction::TryLast
                 } else if unchanged_for >= SETTLE_TIME && !self.tried {
@@ -136,7 +145,7 @@ impl WatchedFile {
                 }
             }
             Some(_) | None => {
-                self.pending = Some((stamp, now));
+                self.pending = Some((stamps, now));
                 self.tried = false;
                 ReloadAction::Nothing
             }
@@ -145,9 +154,19 @@ impl WatchedFile {
 
     /// Marks the present state as handled, until the file changes again.
     fn mark_handled(&mut self) {
-        if let Some((stamp, _)) = self.pending.take() {
-            self.handled = Some(stamp);
+        if let Some((stamps, _)) = self.pending.take() {
+            self.handled = Some(stamps);
+            // What is written meanwhile is another state. If it imports others now, their states are, too.
+            self.modules = imported(&self.file);
         }
+    }
+}
+
+fn imported(file: &Path) -> Vec<PathBuf> {
+    if python::is_python(file) {
+        modules::of(file)
+    } else {
+        Vec::new()
     }
 }
 
@@ -162,11 +181,11 @@ impl FileStamp {
     }
 }
 
-/// Reloads a plugin, and logs refusals, delays and the notes of a takeover. Events report the rest.
+/// Reloads a plugin, and logs delays and the notes of a takeover. Events report the rest.
 fn reload(reloader: &Reloader, watched: &mut WatchedFile, action: ReloadAction) {
     match reloader.reload_plugin("watch", watched.plugin, ReloadOptions::default()) {
         Err(error) if error.may_be_unfinished() && action == ReloadAction::Try => return,
-        Err(error) => tracing::warn!("{error}"),
+        Err(error) => reloader.report_failure(watched.plugin, &error),
         Ok(result) => {
             for (schema, outcome) in &result.schemas {
                 match outcome {
@@ -190,18 +209,19 @@ fn reload(reloader: &Reloader, watched: &mut WatchedFile, action: ReloadAction) 
 mod tests {
     use super::*;
 
-    fn stamp(length: u64) -> Option<FileStamp> {
-        Some(FileStamp {
+    fn stamp(length: u64) -> Option<Vec<FileStamp>> {
+        Some(vec![FileStamp {
             modified: (1, 2),
             length,
             inode: 3,
-        })
+        }])
     }
 
     fn watched() -> WatchedFile {
         WatchedFile {
             plugin: 0,
             file: PathBuf::from("libvff.so"),
+            modules: Vec::new(),
             handled: stamp(100),
             pending: None,
             tried: false,
@@ -253,6 +273,22 @@ mod tests {
         assert_eq!(watched.check(at(200), stamp(50)), ReloadAction::Try);
         assert_eq!(watched.check(at(1999), stamp(50)), ReloadAction::Nothing);
         assert_eq!(watched.check(at(2000), stamp(50)), ReloadAction::TryLast);
+    }
+
+    #[test]
+    fn a_module_beside_a_file_of_python_is_watched_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, module] = ["hog.py", "helper.py"].map(|name| folder.path().join(name));
+        fs::write(&file, "import helper\n").unwrap();
+        fs::write(&module, "x = 1\n").unwrap();
+        let mut watched = WatchedFile::new(0, file);
+        let stamps = watched.stamps();
+        fs::write(&module, "x = 10\n").unwrap();
+        assert_ne!(watched.stamps(), stamps);
+        let start = Instant::now();
+        watched.check(start, watched.stamps());
+        let later = start + SETTLE_TIME;
+        assert_eq!(watched.check(later, watched.stamps()), ReloadAction::Try);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use jde_core::{Nanos, SchemaId};
 use jde_loader::{LoadError, LoadedPlugin, PluginError, Plugins, RefreshedPlugin};
-use jde_records::reload::{ReloadOutcome, ReloadReport};
+use jde_records::reload::{BuildName, ReloadOutcome, ReloadReport};
 use parking_lot::Mutex;
 
 use super::ReloadOptions;
@@ -117,6 +117,29 @@ impl Reloader {
         let of_plugin = instances.filter(|(_, instance)| instance.plugin == plugin);
         let schemas: Vec<_> = of_plugin.map(|(id, _)| id).collect();
         self.reload_all(by, &schemas, options)
+    }
+
+    /// Reports as events that the schemas of the plugin at that place go on without its present file, for this reason.
+    ///
+    /// # Panics
+    /// If there is no such plugin.
+    pub fn report_failure(&self, plugin: usize, error: &ReloadError) {
+        let application = self.handle.application();
+        let loaded = self.plugins.loaded(&application.plugins[plugin]);
+        let build = BuildName {
+            version: String::new(),
+            file: loaded.and_then(|loaded| loaded.path),
+        };
+        let reason = match error {
+            // The build names the file.
+            ReloadError::Plugin(PluginError::Unusable { error, .. }) => error.to_string(),
+            other => other.to_string(),
+        };
+        let engine = &self.handle.engine;
+        let instances = application.instances.entries();
+        for (schema, _) in instances.filter(|(_, instance)| instance.plugin == plugin) {
+            engine.report_reload_failure(schema, &build, &reason);
+        }
     }
 
     /// Reloads schemas of one plugin, at least one.
