@@ -9,7 +9,7 @@ use jde_ros::{cdr, definition};
 use jde_types::Value;
 
 use crate::turns::TURNS_TOPIC;
-use crate::{Channel, RecordedMessage, Recording, common, foreign, panel, record};
+use crate::{Channel, RecordedMessage, Recording, common, foreign, log_line, panel, record};
 
 /// The largest value of a type whose capacities no recording states, bytes.
 const MOST_BYTES: usize = 16 << 20;
@@ -374,5 +374,8 @@ fn foreign_type(name: &str, text: &str) -> Result<Type, String> {
 
 /// Whether a channel contains values, instead of what a run reports of itself.
 fn is_variable(channel: &Channel) -> bool {
-    channel.topic != TURNS_TOPIC && record::kind(channel).is_none() && panel::schema(channel).is_none()
+    channel.topic != TURNS_TOPIC
+        && record::kind(channel).is_none()
+        && panel::schema(channel).is_none()
+        && !log_line::is_log(channel)
 }

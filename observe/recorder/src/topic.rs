@@ -12,7 +12,7 @@ use std::time::Duration;
 use crossbeam_queue::ArrayQueue;
 use jde_abi::describe::Type;
 use jde_board::{Nanos, Variable};
-use jde_log::panel;
+use jde_log::{log_line, panel};
 use jde_panel::List;
 use jde_records::RunRecord;
 use jde_records::event::Event;
@@ -26,7 +26,9 @@ use crate::subscriber::retraction_notice;
 const TOPIC_BYTES: usize = 512 << 10;
 /// Slots of a panel: half a second of one that is drawn at the highest rate.
 const PANEL_SLOTS: usize = 16;
-/// Upper limit of the bytes of a panel's drawings that are not yet written: some seconds of one that contains
+/// Slots of a log: what all schemas print at once when the robot starts.
+const LOG_SLOTS: usize = 1024;
+/// Upper limit of the bytes of a panel's drawings, or of a log's lines, that are not yet written: some seconds of one that contains
 /// a picture, or one of the largest.
 const PANEL_BYTES: usize = 16 << 20;
 /// The fewest slots, for the largest values, and the most, for the smallest.
@@ -77,8 +79,24 @@ pub(crate) enum SlotForm {
 pub(crate) enum TopicContent {
     /// Values of a type.
     Values(Arc<Type>),
-    /// The drawings of a panel.
-    Panel,
+    /// Messages of any length: the drawings of a panel, or the lines of a log.
+    Messages {
+        /// The name of their type, and its definition.
+        schema: (&'static str, &'static str),
+        /// The most that are not yet written.
+        slots: usize,
+    },
+}
+
+impl TopicContent {
+    pub(crate) const PANEL: Self = Self::Messages {
+        schema: (panel::TYPE, panel::DEFINITION),
+        slots: PANEL_SLOTS,
+    };
+    pub(crate) const LOG: Self = Self::Messages {
+        schema: (log_line::TYPE, log_line::DEFINITION),
+        slots: LOG_SLOTS,
+    };
 }
 
 /// The two queues of a topic.
@@ -88,8 +106,7 @@ pub(crate) struct TopicQueue {
     pub(crate) metadata: BTreeMap<String, String>,
     pub(crate) free: ArrayQueue<Box<Slot>>,
     pub(crate) full: ArrayQueue<Box<Slot>>,
-    /// Bytes of a panel's drawings that are not yet written. Values need no such limit: their slots limit
-    /// them.
+    /// Bytes of messages that are not yet written. Values need no such limit: their slots limit them.
     pending_bytes: AtomicUsize,
     /// Set for values that are too large to be copied by their publisher. The writing thread then fetches the
     /// value.
@@ -160,13 +177,13 @@ impl TopicQueue {
     ) -> Self {
         let bytes = match &content {
             TopicContent::Values(value_type) => value_type.bytes,
-            // The slots of a panel grow as needed.
-            TopicContent::Panel => 0,
+            // These slots grow as needed.
+            TopicContent::Messages { .. } => 0,
         };
         let slots = match (&content, &fetch_flag) {
             (_, Some(_)) => 1,
             (TopicContent::Values(_), None) => (TOPIC_BYTES / bytes).clamp(SLOTS.0, SLOTS.1),
-            (TopicContent::Panel, None) => PANEL_SLOTS,
+            (TopicContent::Messages { slots, .. }, None) => *slots,
         };
         let free = ArrayQueue::new(slots);
         if fetch_flag.is_none() {
@@ -201,7 +218,7 @@ impl TopicQueue {
     /// Returns a written slot to the empty ones. A slot that a large drawing has enlarged is shrunk.
     pub(crate) fn recycle(&self, mut slot: Box<Slot>) {
         self.release_bytes(slot.bytes.len());
-        if matches!(self.content, TopicContent::Panel) && slot.bytes.capacity() > TOPIC_BYTES {
+        if matches!(self.content, TopicContent::Messages { .. }) && slot.bytes.capacity() > TOPIC_BYTES {
             slot.bytes = Vec::new();
         }
         // The slot was taken from this queue, so there is room.
@@ -211,7 +228,7 @@ impl TopicQueue {
     /// Counts bytes that wait to be written. Returns whether they fit. A single drawing always fits, whatever
     /// its size.
     fn reserve_bytes(&self, bytes: usize) -> bool {
-        if !matches!(self.content, TopicContent::Panel) {
+        if !matches!(self.content, TopicContent::Messages { .. }) {
             return true;
         }
         let before = self.pending_bytes.fetch_add(bytes, Ordering::Relaxed);
@@ -219,7 +236,7 @@ impl TopicQueue {
     }
 
     fn release_bytes(&self, bytes: usize) {
-        if matches!(self.content, TopicContent::Panel) {
+        if matches!(self.content, TopicContent::Messages { .. }) {
             self.pending_bytes.fetch_sub(bytes, Ordering::Relaxed);
         }
     }
@@ -231,10 +248,10 @@ impl Topic {
     /// counted.
     ///
     /// # Panics
-    /// If the number of bytes is not that of the type, or if the topic is that of a panel.
+    /// If the number of bytes is not that of the type, or if the topic is one of messages.
     pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
         let TopicContent::Values(value_type) = &self.queue.content else {
-            panic!("the topic of a panel has no values");
+            panic!("a topic of messages has no values");
         };
         assert_eq!(bytes.len(), value_type.bytes, "a value of {}", self.queue.name);
         self.fill(bytes.len(), SlotForm::Value, stamps, |slot| {
@@ -398,7 +415,7 @@ mod tests {
         let (notices, _receiver) = sync_channel(1);
         let queue = TopicQueue::new(
             "/panels/goon".to_owned(),
-            TopicContent::Panel,
+            TopicContent::PANEL,
             BTreeMap::new(),
             None,
             true,

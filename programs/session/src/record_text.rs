@@ -33,6 +33,16 @@ pub fn format_record(record: &RunRecord) -> String {
     }
 }
 
+/// Returns a message in lines: that of [`format_record`], and below it the further lines of a text that has several, such as
+/// a traceback.
+pub fn record_lines(record: &RunRecord) -> Vec<String> {
+    let text = format_record(record);
+    let mut lines = text.lines();
+    let first = lines.next().unwrap_or_default().to_owned();
+    let rest = lines.map(|line| format!("{:>12}{line}", ""));
+    std::iter::once(first).chain(rest).collect()
+}
+
 fn style(what: &What<String>) -> Style {
     match MarkKind::of(what).severity() {
         Severity::Good => GOOD,

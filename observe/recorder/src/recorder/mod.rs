@@ -16,7 +16,7 @@ use jde_abi::describe::Type;
 use jde_app::Application;
 use jde_board::{Nanos, Variable, Watch};
 use jde_conditions::Triggers;
-use jde_log::panel;
+use jde_log::{log_line, panel};
 use jde_records::event::{Event, Observer};
 use jde_records::{RecordBuilder, RunRecord};
 use parking_lot::Mutex;
@@ -216,7 +216,13 @@ impl Recorder {
     /// Adds the topic of a schema's panel, `/panels/<schema>`. [`Topic::put_panel`] fills it.
     pub fn panel(&self, schema: &str) -> Topic {
         let metadata = BTreeMap::from([(panel::SCHEMA.to_owned(), schema.to_owned())]);
-        self.add_topic(&panel::topic(schema), TopicContent::Panel, metadata, true)
+        self.add_topic(&panel::topic(schema), TopicContent::PANEL, metadata, true)
+    }
+
+    /// Adds the topic of the log of schemas, `/rosout`. [`Topic::put_message`] with [`log_line::message`] fills it.
+    pub fn log(&self) -> Topic {
+        let metadata = BTreeMap::from([(log_line::LOG.to_owned(), "schemas".to_owned())]);
+        self.add_topic(log_line::TOPIC, TopicContent::LOG, metadata, true)
     }
 
     /// Adds a topic that conditions read and no file contains. `None` if no condition names the variable.

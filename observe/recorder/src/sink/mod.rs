@@ -16,7 +16,7 @@ use std::sync::atomic::Ordering;
 
 use jde_board::Nanos;
 use jde_conditions::Firing;
-use jde_log::{panel, record};
+use jde_log::record;
 use jde_records::RecordKind;
 use jde_ros::definition;
 
@@ -63,7 +63,7 @@ pub(crate) enum Effect {
 pub(crate) enum SinkChannel {
     /// Records of selections, states and events.
     Records(RecordKind),
-    /// Values of a variable, or the drawings of a panel.
+    /// Values of a variable, or other messages.
     Topic(Arc<TopicQueue>),
 }
 
@@ -78,7 +78,7 @@ impl SinkChannel {
                         (name, text) = (definition::name(value_type), definition::definition(value_type));
                         (name.as_str(), text.as_str())
                     }
-                    TopicContent::Panel => (panel::TYPE, panel::DEFINITION),
+                    TopicContent::Messages { schema, .. } => *schema,
                 };
                 writer.channel(&queue.name, schema, queue.metadata.clone())
             }

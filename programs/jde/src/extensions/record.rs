@@ -3,21 +3,24 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Args;
 use jde_app::Application;
 use jde_conditions::{BadCondition, Condition, Names, Triggers};
 use jde_core::Nanos;
-use jde_host::{StartError, StartHook, StartHookError};
+use jde_host::{Handle, StartError, StartHook, StartHookError};
 use jde_loader::Plugins;
 use jde_log::Selection;
+use jde_log::log_line;
 use jde_log::part::Gap;
 use jde_recorder::{
-    Error, FileEvent, OnTrouble, Origin, Recorder, RecorderOptions, SplitOptions, Status, TriggerOptions,
-    TriggeredFile, Trouble,
+    Error, FileEvent, OnTrouble, Origin, Recorder, RecorderOptions, SplitOptions, Stamps, Status,
+    TriggerOptions, TriggeredFile, Trouble,
 };
 use jde_records::event::Observer;
 use jde_records::turn::OnTurn;
+use jde_session::log::{LineObserver, Log};
 use jde_session::run::{
     Extension, PartLeft, PreparedExtension, RecordedFile, RecordedGap, RecordedParts, RecordingSummary,
     RunContext,
@@ -25,6 +28,7 @@ use jde_session::run::{
 use parking_lot::Mutex;
 
 use super::panels::{PanelOptions, PanelRecording, PanelSelection};
+use super::ros::severity;
 use crate::failure::{Failure, display_path};
 use crate::quantity;
 
@@ -42,6 +46,8 @@ pub(crate) struct RecordOptions {
     pub(crate) trigger: Option<TriggerWindow>,
     /// Split the recording into consecutive files; `None` writes one file.
     pub(crate) split: Option<SplitOptions>,
+    /// The log whose lines of schemas are recorded.
+    pub(crate) log: Option<Log>,
 }
 
 /// Recording around chosen moments only. The verb has an argument `file`, the recording to write.
@@ -71,6 +77,7 @@ struct RunRecording {
     on_turn: Option<OnTurn>,
     panels: Option<PanelSelection>,
     panel_recording: Arc<Mutex<Option<PanelRecording>>>,
+    log: Option<Log>,
     file: PathBuf,
     /// Whether files are written only when conditions become true.
     is_triggered: bool,
@@ -119,6 +126,7 @@ impl RunRecording {
             selection,
             panels,
             panel_recording: Arc::default(),
+            log: record.log.clone(),
             file,
             is_triggered: record.trigger.is_some(),
         })
@@ -150,6 +158,7 @@ impl PreparedExtension for RunRecording {
     fn before_start(&self, _: &Arc<Plugins>) -> StartHook {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
         let (panels, panel_recording) = (self.panels.clone(), Arc::clone(&self.panel_recording));
+        let log = self.log.clone();
         Box::new(move |handle| {
             for variable in handle.board().list() {
                 let handle = handle.clone();
@@ -159,6 +168,9 @@ impl PreparedExtension for RunRecording {
                 } else {
                     recorder.watch_for_conditions(&variable, clock);
                 }
+            }
+            if let Some(log) = log {
+                log.observe(line_recorder(&recorder, handle.clone()));
             }
             if let Some(panels) = &panels {
                 let started = PanelRecording::start(handle, &recorder, panels)?;
@@ -177,6 +189,22 @@ impl PreparedExtension for RunRecording {
             self.recorder.finish(),
         ))
     }
+}
+
+/// Records each line of a schema in the topic `/rosout`.
+fn line_recorder(recorder: &Recorder, handle: Handle) -> LineObserver {
+    let (topic, sequence) = (recorder.log(), AtomicU64::new(0));
+    Arc::new(move |line| {
+        let (now, schema) = (handle.now(), line.schema.as_deref().unwrap_or_default());
+        let message = log_line::message(now, severity(line.level), schema, &line.message);
+        let stamps = Stamps {
+            published: now,
+            measured: now,
+            sequence: sequence.fetch_add(1, Ordering::Relaxed),
+        };
+        // What is lost is counted.
+        topic.put_message(&message, stamps);
+    })
 }
 
 /// Returns the result of a finished recording; file by file if conditions trigger it.

@@ -31,6 +31,9 @@ pub use filter::Filter;
 /// Number of lines kept while the oscilloscope uses the screen: more than it can show.
 const MAX_BUFFERED: usize = 200;
 
+/// The tracing target of lines that repeat an event of the application.
+const EVENT_TARGET: &str = "jde::event";
+
 /// The log of this process.
 #[derive(Clone)]
 pub struct Log {
@@ -53,7 +56,15 @@ struct Sink {
     printed: PrintedLines,
     /// Where the lines go in addition.
     forward: Option<SyncSender<LogRecord>>,
+    /// Who receives the lines of schemas besides, and the lines for it. It may wait, as printing may.
+    observer: Option<LineObserver>,
+    observed: Vec<LogRecord>,
+    /// Whether something else shows events, so that their lines are not shown.
+    shows_events: bool,
 }
+
+/// Receives lines of the log.
+pub type LineObserver = Arc<dyn Fn(&LogRecord) + Send + Sync>;
 
 /// A line of the log.
 #[derive(Clone, Debug)]
@@ -92,7 +103,7 @@ impl Log {
         self.sink().clock = Some(handle.clone());
     }
 
-    /// Drops the handle of the application. Later lines show no time.
+    /// Drops the handle of the application and the observer of its lines. Later lines show no time.
     pub fn clear_clock(&self) {
         self.print(|sink| {
             let rest = sink.repeats.rest();
@@ -100,13 +111,24 @@ impl Log {
             for (schema, text) in sink.printed.rest() {
                 sink.write_of(Level::INFO, &schema, &text);
             }
-            sink.clock = None;
+            (sink.clock, sink.observer) = (None, None);
         });
     }
 
     /// Sends the following lines here as well. What the receiver does not take in time is dropped.
     pub fn forward(&self, sender: SyncSender<LogRecord>) {
         self.sink().forward = Some(sender);
+    }
+
+    /// Lets `observer` receive the following lines of schemas, outside any lock of the log. Those of the host are not for it,
+    /// since it may write some itself.
+    pub fn observe(&self, observer: LineObserver) {
+        self.sink().observer = Some(observer);
+    }
+
+    /// Shows no lines that repeat events from now on, or shows them again: something else shows these events.
+    pub fn hide_events(&self, hide: bool) {
+        self.sink().shows_events = hide;
     }
 
     /// Keeps all following lines if `keep` is set. Otherwise writes the kept lines and all that follow.
@@ -138,7 +160,12 @@ impl Log {
         let mut sink = self.sink();
         change(&mut sink);
         let ready = std::mem::take(&mut sink.ready);
+        let observed = std::mem::take(&mut sink.observed);
+        let observer = sink.observer.clone();
         drop(sink);
+        if let Some(observer) = observer {
+            observed.iter().for_each(|line| observer(line));
+        }
         let mut output = match thread::current().id() == self.owner {
             true => terminal::err(),
             false => terminal::err_without_waiting(),
@@ -176,7 +203,9 @@ impl Sink {
         if metadata.target().starts_with("jde") {
             self.forward(level, line.schema.as_deref(), &text);
         }
-        self.write(level, &line.to_string());
+        if !(self.shows_events && metadata.target() == EVENT_TARGET) {
+            self.write(level, &line.to_string());
+        }
     }
 
     /// Writes what a schema printed at this time of the application, s.
@@ -199,13 +228,20 @@ impl Sink {
         self.write(level, &format!("{schema}: {text}"));
     }
 
-    fn forward(&self, level: Level, schema: Option<&str>, text: &str) {
+    fn forward(&mut self, level: Level, schema: Option<&str>, text: &str) {
+        if self.forward.is_none() && self.observer.is_none() {
+            return;
+        }
+        let line = LogRecord {
+            level,
+            schema: schema.map(str::to_owned),
+            message: text.to_owned(),
+        };
+        if self.observer.is_some() && schema.is_some() {
+            self.observed.push(line.clone());
+        }
         if let Some(forward) = &self.forward {
-            let _ = forward.try_send(LogRecord {
-                level,
-                schema: schema.map(str::to_owned),
-                message: text.to_owned(),
-            });
+            let _ = forward.try_send(line);
         }
     }
 

@@ -115,6 +115,7 @@ pub fn run(loaded: LoadedApplication, options: RunOptions, log: &Log) -> Result<
         RunView::Screen => ProgressMode::Nothing,
         RunView::Lines(mode) => mode,
     };
+    log.hide_events(mode != ProgressMode::Nothing);
     let progress = ProgressPrinter::new(&application, options.output, mode);
     let digest_writer = DigestWriter::new(decisions);
     let (mut recorder, observer) =
@@ -170,6 +171,7 @@ pub fn run(loaded: LoadedApplication, options: RunOptions, log: &Log) -> Result<
     // The link ends before the recording, which it was prepared after.
     let recorded = finish(&extensions);
     log.clear_clock();
+    log.hide_events(false);
     let (outcome, handle) = result?;
 
     let (data, digest, failed) = recorder.finish()?;

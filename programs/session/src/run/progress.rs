@@ -8,7 +8,7 @@ use jde_records::RunRecord;
 use jde_terminal::{FAINT, GOOD, TextWriter};
 use jde_timeline::{DriveTimeline, MarkKind, Timeline};
 
-use crate::record_text::format_record;
+use crate::record_text::record_lines;
 use jde_drawing::text::counted;
 
 /// What is printed during a run.
@@ -66,7 +66,9 @@ impl ProgressPrinter {
     /// Prints a message of the run if its kind is shown.
     pub(crate) fn print_record(&mut self, record: &RunRecord) -> io::Result<()> {
         if self.shows(record) {
-            writeln!(self.output, "{}", format_record(record))?;
+            for line in record_lines(record) {
+                writeln!(self.output, "{line}")?;
+            }
         }
         Ok(())
     }

@@ -237,7 +237,7 @@ impl Engine {
         let meter = &self.metrics[instance];
         // The event has the whole reason, such as a traceback.
         let summary = reason.lines().next().unwrap_or_default();
-        tracing::error!(schema = self.name(instance), "faulted: {summary}");
+        tracing::error!(target: "jde::event", schema = self.name(instance), "faulted: {summary}");
         let kind = self.application.instances[instance].schema.kind;
         if kind == Kind::Driver && !meter.started.load(Ordering::Relaxed) {
             let name = self.name(instance);

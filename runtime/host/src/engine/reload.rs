@@ -113,7 +113,7 @@ impl Engine {
 
     /// Reports that a build took over.
     pub(crate) fn report_reload(&self, instance: SchemaId, takeover: &Replacement) {
-        tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
+        tracing::info!(target: "jde::event", schema = self.name(instance), "runs {} now", takeover.build);
         self.rules.report_now(What::Reloaded {
             schema: instance,
             takeover: takeover.clone(),
@@ -152,6 +152,7 @@ impl Engine {
 
     fn report_rollback(&self, instance: SchemaId, build: BuildName, reason: &str) {
         tracing::warn!(
+            target: "jde::event",
             schema = self.name(instance),
             "goes on with the build before {build}: {reason}"
         );

@@ -58,6 +58,7 @@ impl RecordingArgs {
             panels: self.panels,
             trigger: self.trigger,
             split,
+            log: None,
         }))
     }
 }

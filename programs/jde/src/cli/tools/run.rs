@@ -15,7 +15,7 @@ use jde_terminal as terminal;
 use super::link::Link;
 use super::recording::RecordingArgs;
 use super::ros_args::RosArgs;
-use crate::extensions::{Breakpoints, LinkOptions, RosOptions};
+use crate::extensions::{Breakpoints, LinkOptions, RecordOptions, RosOptions};
 use crate::failure::Failure;
 use crate::quantity;
 
@@ -108,7 +108,8 @@ impl Run {
         // The recording comes first: it fails before the link opens.
         let mut extensions: Vec<Box<dyn Extension>> = Vec::new();
         if let Some(record) = self.record.into_settings()? {
-            extensions.push(Box::new(record));
+            let log = Some(log.clone());
+            extensions.push(Box::new(RecordOptions { log, ..record }));
         }
         extensions.push(Box::new(LinkOptions {
             stands_still: !self.breakpoints.is_empty() || !self.debug_python.is_empty(),

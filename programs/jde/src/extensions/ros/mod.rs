@@ -35,6 +35,7 @@ use crate::failure::Failure;
 use lifecycle::Lifecycle;
 use parameters::Parameters;
 
+pub(super) use reports::severity;
 pub(crate) use sim_time::{CLOCK, SIM_TIME, SimTime};
 
 /// The operator's name of what is requested over ROS 2 (R14).

@@ -18,15 +18,20 @@ pub(super) fn stamp() -> Value {
     json!({ "sec": seconds, "nanosec": since.subsec_nanos() })
 }
 
-/// A line of the log. Its logger is the node, or the node and the schema.
-pub(super) fn log(name: &NodeName, line: &LogRecord) -> Value {
-    let node = name.full().trim_start_matches('/').replace('/', ".");
-    let level = match line.level {
+/// A level as `rcl_interfaces/msg/Log` has it.
+pub(in crate::extensions) fn severity(level: Level) -> u8 {
+    match level {
         Level::ERROR => 40,
         Level::WARN => 30,
         Level::INFO => 20,
         Level::DEBUG | Level::TRACE => 10,
-    };
+    }
+}
+
+/// A line of the log. Its logger is the node, or the node and the schema.
+pub(super) fn log(name: &NodeName, line: &LogRecord) -> Value {
+    let node = name.full().trim_start_matches('/').replace('/', ".");
+    let level = severity(line.level);
     let logger = match &line.schema {
         Some(schema) => format!("{node}.{schema}"),
         None => node,

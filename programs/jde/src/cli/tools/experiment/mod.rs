@@ -141,6 +141,7 @@ impl ExperimentVerb {
                 panels: None,
                 trigger: None,
                 split: None,
+                log: None,
             });
             return single::run(
                 &experiment,

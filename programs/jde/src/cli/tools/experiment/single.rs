@@ -35,7 +35,7 @@ pub(super) fn run(
             format!("the experiment has {} drives, from 0", experiment.drives()),
         ));
     }
-    let _log = Log::start(filter.unwrap_or_default());
+    let log = Some(Log::start(filter.unwrap_or_default()));
     let prepared = PreparedDrive::new(experiment, drive, seed, applications).map_err(Failure::faults)?;
     let context = RunContext {
         application: &prepared.application,
@@ -43,7 +43,7 @@ pub(super) fn run(
         speed: 1.0,
     };
     let recording = record
-        .map(|record| record.prepare(&context))
+        .map(|record| RecordOptions { log, ..record }.prepare(&context))
         .transpose()
         .map_err(StartError::HookFailed)?
         .flatten();
