@@ -129,12 +129,34 @@ impl Failure {
                 return ExitCode::from(1);
             }
             Self::NoMatch(_) => 1,
+            Self::Link(error @ jde_link::Error::Ambiguous(names)) if !is_shell() => {
+                return RunFailure::usage(error.to_string(), command_for(names)).report();
+            }
             Self::Link(error) => link_status(error),
             Self::Recording(_) => 2,
         };
         print_error(&escape(&self.to_string()));
         ExitCode::from(status)
     }
+}
+
+/// Whether the verb was typed in the interactive shell.
+fn is_shell() -> bool {
+    std::env::args().nth(1).is_some_and(|verb| verb == "shell")
+}
+
+/// Returns the command of this process for the first of several applications.
+fn command_for(applications: &[String]) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "-_./:=,%+@".contains(letter);
+    let words = std::env::args()
+        .skip(1)
+        .map(|word| match word.chars().all(is_plain) {
+            true => word,
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        });
+    let command = words.collect::<Vec<_>>().join(" ");
+    let first = applications.first().map_or("NAME", String::as_str);
+    format!("such as `jde {command} --app {first}`")
 }
 
 /// Returns 2 for errors that another command line or setting can fix, and 1 for all others.

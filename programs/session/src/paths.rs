@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, list};
 
 /// The folder of this program's data: `share/jde` of its installation, or else the checkout that it was built
 /// from, which may no longer exist. Both hold `apps`, `experiments`, `worlds` and the crates of the SDK.
@@ -76,7 +76,10 @@ fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
         let help = match jde_nearest::nearest(&text, names.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => "give the path of its file".to_owned(),
-            None => format!("give the path of its file, or one of: {}", names.join(", ")),
+            None => {
+                let names = list(names.iter().map(String::as_str));
+                format!("give the path of its file, or one of: {names}")
+            }
         };
         Failure::usage(format!("there is no {what} `{text}`"), help)
     })

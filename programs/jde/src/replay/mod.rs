@@ -4,6 +4,7 @@ mod clock;
 mod hierarchy;
 mod index;
 mod interface;
+mod moment;
 mod panel_store;
 mod player;
 mod publisher;
@@ -31,6 +32,8 @@ use interface::{CONTROL_SCHEMA, PlayedRecording};
 use panel_store::PanelStore;
 use player::{Player, StopPlayerOnDrop};
 use publisher::Publisher;
+
+pub(crate) use moment::Moment;
 
 /// The interval at which the position is written for tools.
 const UPDATE_INTERVAL: Duration = Duration::from_millis(50);

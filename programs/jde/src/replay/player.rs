@@ -52,7 +52,8 @@ impl Player {
                 paused,
                 speed,
                 looping,
-                seek: Some(from.clamp(index.begin, index.end)),
+                // The last message is before the position after it.
+                seek: Some(from.clamp(index.begin, index.end.saturating_add(1))),
                 steps: 0,
                 stop: false,
             }),

@@ -23,6 +23,7 @@ mod liars;
 mod naming;
 mod new;
 mod panels;
+mod past;
 mod playing;
 mod plot_and_report;
 mod policies;

@@ -4,6 +4,7 @@ mod check;
 pub(crate) mod client;
 mod completions;
 mod describe;
+mod docs;
 pub(crate) mod experiment;
 pub(crate) mod info;
 mod link;
@@ -50,6 +51,7 @@ pub(super) enum Tool {
     New(new::New),
     Completions(completions::Completions),
     Man(man::Man),
+    Docs(docs::Docs),
     #[command(flatten)]
     Client(Client),
     Shell(shell::Shell),
@@ -76,6 +78,7 @@ impl Tool {
             Self::New(new) => new.run(),
             Self::Completions(completions) => completions.run(),
             Self::Man(man) => man.run(),
+            Self::Docs(docs) => docs.run(),
             Self::Client(verb) => verb.run(&Context::new(Log::start(filter.unwrap_or_default()))),
             Self::Shell(shell) => shell.run(Log::start(filter.unwrap_or_default())),
             Self::Mcp(mcp) => mcp.run(filter),

@@ -9,13 +9,13 @@ use jde_link::ReceivedEvent;
 use jde_records::event::What;
 use jde_records::{RecordKind, RunRecord};
 use jde_session::cli::print_json;
-use jde_session::record_text::format_record;
+use jde_session::record_text::record_lines;
 use jde_terminal::interrupt::SignalListener;
 use jde_terminal::queue::{Popped, Queue};
 use jde_terminal::{self as terminal, WARN};
 use serde_json::json;
 
-use super::{Context, Target};
+use super::{Context, Past, Target};
 use crate::complete;
 use crate::failure::Failure;
 
@@ -31,11 +31,14 @@ const MAX_QUEUED: usize = 8192;
 #[command(after_help = "Examples:
   jde events
   jde events --last 20 --once
+  jde events --in drive.mcap --at 12.4s
   jde events --all --json | jq 'select(.stream == \"decisions\")'")]
 pub(crate) struct Events {
     /// The application, if several run.
     #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
     application: Option<String>,
+    #[command(flatten)]
+    past: Past,
     #[command(flatten)]
     target: Target,
     /// Start with this many earlier events of each kind.
@@ -53,7 +56,8 @@ pub(crate) struct Events {
 }
 
 impl Events {
-    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
+        let _moment = self.past.serve(&mut self.target)?;
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let kinds: &[RecordKind] = if self.all {
             &RecordKind::ALL
@@ -83,7 +87,8 @@ impl Events {
             earlier.push(item);
         }
         self.show_earlier(&earlier)?;
-        if self.once {
+        // Nothing happens in a recording that stands still.
+        if self.once || self.past.is_asked() {
             return Ok(());
         }
         let is_end = |event: &ReceivedEvent| matches!(event.record.what(), Some(What::Ended { .. }));
@@ -158,7 +163,9 @@ impl Events {
         if event.missed > 0 && self.all {
             writeln!(out, "{WARN}{} lines were missed{WARN:#}", event.missed)?;
         }
-        writeln!(out, "{}", format_record(&event.record))?;
+        for line in record_lines(&event.record) {
+            writeln!(out, "{line}")?;
+        }
         out.flush()?;
         Ok(())
     }

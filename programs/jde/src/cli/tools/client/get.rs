@@ -10,7 +10,7 @@ use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, FAINT};
 use serde_json::json;
 
-use super::{Context, Target};
+use super::{Context, Past, Target};
 use crate::complete;
 use crate::failure::Failure;
 use crate::remote::field::VariableField;
@@ -21,11 +21,14 @@ use crate::remote::name;
 #[command(after_help = "Examples:
   jde get pioneer.odometry
   jde get pioneer.odometry.pose.pose.position.x
-  jde get robot2:pioneer.laser.ranges[90] --json")]
+  jde get robot2:pioneer.laser.ranges[90] --json
+  jde get pioneer.truth --in drive.mcap --at 12.4s")]
 pub(crate) struct Get {
     /// The variables: SCHEMA.VARIABLE, with .FIELD after it and APP: before it if needed.
     #[arg(value_name = "VARIABLE", required = true, add = ArgValueCompleter::new(complete::variables))]
     variables: Vec<String>,
+    #[command(flatten)]
+    past: Past,
     #[command(flatten)]
     target: Target,
     /// Print each value as one line of JSON, with its time of measurement and its writer.
@@ -34,7 +37,8 @@ pub(crate) struct Get {
 }
 
 impl Get {
-    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
+        let _moment = self.past.serve(&mut self.target)?;
         let mut out = terminal::out();
         for requested in &self.variables {
             let (remote, requested) = context.resolve(&self.target, requested)?;

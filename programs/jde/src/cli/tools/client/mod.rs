@@ -9,6 +9,7 @@ mod events;
 pub(crate) mod get;
 pub(crate) mod operate;
 pub(crate) mod panel;
+mod past;
 mod ps;
 mod rate_limiter;
 mod record;
@@ -26,6 +27,7 @@ pub(crate) mod why;
 use clap::Subcommand;
 
 use crate::failure::Failure;
+use past::Past;
 pub(crate) use target::{Context, Target};
 
 /// The verbs of clients of the link.

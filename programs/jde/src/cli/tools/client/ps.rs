@@ -4,7 +4,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_session::cli::print_value;
 
-use super::{Context, Target};
+use super::{Context, Past, Target};
 use crate::complete;
 use crate::failure::Failure;
 use crate::remote;
@@ -13,11 +13,14 @@ use crate::remote;
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde ps
-  jde ps robot2 --json")]
+  jde ps robot2 --json
+  jde ps --in drive.mcap --at 12.4s")]
 pub(crate) struct Ps {
     /// The application, if several run.
     #[arg(value_name = "APP", add = ArgValueCompleter::new(complete::applications))]
     application: Option<String>,
+    #[command(flatten)]
+    past: Past,
     #[command(flatten)]
     target: Target,
     /// Print one line of JSON.
@@ -26,7 +29,8 @@ pub(crate) struct Ps {
 }
 
 impl Ps {
-    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
+        let _moment = self.past.serve(&mut self.target)?;
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         Ok(print_value(
             self.json,

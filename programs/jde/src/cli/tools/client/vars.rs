@@ -11,7 +11,7 @@ use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, FAINT, TITLE, WARN};
 use serde_json::json;
 
-use super::{Context, Target};
+use super::{Context, Past, Target};
 use crate::complete;
 use crate::failure::Failure;
 use crate::inspect::first_paragraph;
@@ -31,11 +31,14 @@ const MAX_VALUE: usize = 40;
 #[command(after_help = "Examples:
   jde vars
   jde vars 'pioneer.*' '*.speed' --docs
-  jde vars robot2:pioneer.laser --json")]
+  jde vars robot2:pioneer.laser --json
+  jde vars --in drive.mcap --at 12.4s")]
 pub(crate) struct Vars {
     /// List only the variables that match: full names with * for any text.
     #[arg(value_name = "PATTERN", add = ArgValueCompleter::new(complete::variables))]
     patterns: Vec<String>,
+    #[command(flatten)]
+    past: Past,
     #[command(flatten)]
     target: Target,
     /// Print the unit, the range and the meaning of each variable instead of its value.
@@ -47,7 +50,8 @@ pub(crate) struct Vars {
 }
 
 impl Vars {
-    pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
+        let _moment = self.past.serve(&mut self.target)?;
         let (remote, patterns) = context.resolve_all(&self.target, &self.patterns)?;
         let variables = select(&remote, patterns)?;
         if self.json {

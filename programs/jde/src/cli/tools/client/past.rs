@@ -1,0 +1,61 @@
+//! A recording in place of an application that runs, for the verbs that only look.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+use jde_core::Nanos;
+use jde_terminal as terminal;
+
+use super::Target;
+use crate::failure::{Failure, display_path};
+use crate::quantity;
+use crate::replay::Moment;
+
+/// The recording that is asked.
+#[derive(Args)]
+pub(crate) struct Past {
+    /// Ask this recording instead of an application: as it was at the time --at, such as --at 12.4s, or at its end.
+    #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath)]
+    recording: Option<PathBuf>,
+}
+
+impl Past {
+    /// Serves the recording, if there is one, and lets the target name it. It can be asked as long as the result is kept.
+    ///
+    /// # Errors
+    /// It cannot be read, or --at is no time.
+    pub(super) fn serve(&self, target: &mut Target) -> Result<Option<Moment>, Failure> {
+        let Some(file) = &self.recording else {
+            return Ok(None);
+        };
+        let moment = Moment::serve(file, time(target)?)?;
+        for note in &moment.notes {
+            writeln!(terminal::err(), "{}: {note}", display_path(file))?;
+        }
+        *target = Target {
+            app: Some(moment.name().to_owned()),
+            ..Target::default()
+        };
+        Ok(Some(moment))
+    }
+
+    /// Whether a recording is asked.
+    pub(super) fn is_asked(&self) -> bool {
+        self.recording.is_some()
+    }
+}
+
+/// Returns the time that `--at` names for a recording.
+fn time(target: &Target) -> Result<Option<Nanos>, Failure> {
+    let usage = |error: String| {
+        Failure::usage(
+            error,
+            "with --in, --at is one time of the recording, such as 12.4s",
+        )
+    };
+    match target.at.as_slice() {
+        _ if !target.has_typed_endpoint() => Ok(None),
+        [at] => quantity::time_offset(at).map(Some).map_err(usage),
+        _ => Err(usage(String::from("--at is given several times"))),
+    }
+}

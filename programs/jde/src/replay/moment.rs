@@ -1,0 +1,52 @@
+//! A recording as it is at one time, which verbs of this process ask as they ask an application that runs.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use jde_board::Board;
+use jde_core::Nanos;
+use jde_link::{Events, Link, Settings, as_name};
+
+use super::index::Index;
+use super::interface::PlayedRecording;
+use super::panel_store::PanelStore;
+use super::player::Player;
+use super::publisher::Publisher;
+use crate::failure::Failure;
+
+/// A recording that stands still. It can be asked until this value is dropped.
+pub(crate) struct Moment {
+    link: Link,
+    /// What is wrong with the recording, in lines.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Moment {
+    /// Reads a recording, and serves what had been published and decided at a time of the application, ns, that one included;
+    /// without one, at the end.
+    ///
+    /// # Errors
+    /// The recording cannot be read, or nothing can be served.
+    pub(crate) fn serve(recording: &Path, at: Option<Nanos>) -> Result<Self, Failure> {
+        let mut index = Index::read(recording)?;
+        let notes = index.damage().into_iter().chain(index.gaps()).collect();
+        let board = Arc::new(Board::new());
+        let panels = PanelStore::new(index.panels.values());
+        let mut publisher = Publisher::new(&board, &mut index, Arc::clone(&panels));
+        let events = Events::of_records();
+        // No other process finds it by its application's name.
+        let name = format!("{}-{}", as_name(&index.application), std::process::id());
+        let position = at.unwrap_or(index.end).saturating_add(1);
+        let player = Arc::new(Player::new(index, true, 1.0, false, position));
+        player.go_to_start(&mut publisher, &events)?;
+        let played = PlayedRecording::new(player, board, panels, recording.display().to_string());
+        played.publish_state();
+        let link = Link::open(&Settings::local(&name), Arc::new(played) as _, &events)?;
+        Ok(Self { link, notes })
+    }
+
+    /// The name under which this process finds it.
+    pub(crate) fn name(&self) -> &str {
+        &self.link.about().name
+    }
+}
