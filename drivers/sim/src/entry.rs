@@ -31,6 +31,8 @@ pub(crate) struct ActiveRobot {
     pub(crate) edits: Option<EditCount>,
     pub(crate) due: Due,
     pub(crate) setpoint: Setpoint,
+    /// The contacts that the log has.
+    pub(crate) contacts: u64,
 }
 
 /// When exports are due next, and what is on its way to them.
@@ -99,6 +101,7 @@ impl ActiveRobot {
             edits: None,
             due: Due::default(),
             setpoint: Setpoint::default(),
+            contacts: 0,
         })
     }
 

@@ -214,6 +214,12 @@ impl Robot {
             self.edits.write(cx, edits);
         }
         self.sense(cx, &world, robot, &active.model, &mut active.due)?;
+        let truth = world.truth(robot);
+        if truth.collisions > active.contacts {
+            let (nearest, pose) = (world.nearest_name(robot), truth.pose);
+            warn!(cx, "it touches {nearest} at {:.2}, {:.2} m", pose.x, pose.y);
+        }
+        active.contacts = truth.collisions;
         self.publish_connection(cx, &world, active.since);
         if active.scenery.is_none() {
             self.publish_body(cx, &active.model);

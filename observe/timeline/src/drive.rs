@@ -139,6 +139,12 @@ impl DriveTimeline {
         robots.reduce(u64::saturating_add)
     }
 
+    /// Returns when the first contact of any robot began.
+    #[must_use]
+    pub fn first_contact(&self) -> Option<Nanos> {
+        self.robots.iter().filter_map(|robot| robot.first_contact).min()
+    }
+
     /// Returns the least distance of any robot to an obstacle, m; `None` without ground truth, or if the robot that came
     /// nearest was as near before the time that counts.
     #[must_use]

@@ -35,6 +35,8 @@ pub struct RobotTimeline {
     /// Its body, if it is known.
     pub body: Option<Body>,
     truth: Option<TruthRange>,
+    /// When the first contact began in the time that counts, as far as is known.
+    pub first_contact: Option<Nanos>,
     /// Its pose by odometry.
     pub odometry: Option<Pose2D>,
     /// Its pose, in the frame of its path.
@@ -68,6 +70,7 @@ impl RobotTimeline {
             sources,
             body: None,
             truth: None,
+            first_contact: None,
             odometry: None,
             pose: None,
             anchor: None,
@@ -95,6 +98,9 @@ impl RobotTimeline {
         range.last = truth;
         if time < self.begin {
             range.before = Some(truth);
+        }
+        if self.first_contact.is_none() && self.collisions() > Some(0) {
+            self.first_contact = Some(time);
         }
         self.add_pose(time, truth.pose, acting);
         self.set_anchor();

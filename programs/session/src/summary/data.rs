@@ -39,6 +39,9 @@ pub struct RunSummary {
     pub reached: Option<u32>,
     /// Contacts with obstacles; `None` without ground truth.
     pub collisions: Option<u64>,
+    /// When the first of them began.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_contact_s: Option<f64>,
     /// The least distance to an obstacle; `None` without ground truth.
     pub min_clearance_m: Option<f64>,
     /// How often a motor schema became WINNER.
@@ -217,6 +220,7 @@ impl RunSummary {
             targets: mission.map(|mission| mission.total),
             reached: mission.map(|mission| mission.reached),
             collisions: kept.drive.collisions(),
+            first_contact_s: kept.drive.first_contact().map(seconds),
             min_clearance_m: kept.drive.min_clearance(),
             takeovers: kept.timeline.takeovers(),
             worst_takeover_us: worst,

@@ -220,6 +220,11 @@ impl World {
         sensor::from_contacts(self.truth(robot).pose, things.chain(robots).map(Into::into))
     }
 
+    /// Returns the name of what is nearest to a robot, loose things excluded.
+    pub fn nearest_name(&self, robot: RobotId) -> &str {
+        self.clearance(robot.0, &self.robot(robot).body()).0
+    }
+
     /// Returns the ground truth of a robot.
     pub fn truth(&self, robot: RobotId) -> Truth {
         self.robot(robot).truth
