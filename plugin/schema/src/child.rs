@@ -130,12 +130,16 @@ impl Children {
         self.each(cx, |child| child.sleep(cx))
     }
 
-    fn each(&self, cx: &Context<'_>, request: impl Fn(&Child) -> Outcome) -> Outcome {
+    /// Returns each of them, in the order in which the application names them.
+    pub fn iter<'a>(&'a self, cx: &'a Context<'_>) -> impl Iterator<Item = Child> + 'a {
         let numbers = (self.first..).map(|number| Child::new(number, self.name));
         // Ends at the first number that is not a child's. It also ends in a call that the host has
         // given up, because all its requests are refused.
-        let known = numbers.take_while(|child| child.query_status(cx).0 == raw::OK);
-        let outcomes = known.map(|child| request(&child));
+        numbers.take_while(|child| child.query_status(cx).0 == raw::OK)
+    }
+
+    fn each(&self, cx: &Context<'_>, request: impl Fn(&Child) -> Outcome) -> Outcome {
+        let outcomes = self.iter(cx).map(|child| request(&child));
         let missed = outcomes.filter(|outcome| *outcome != Outcome::Accepted).last();
         missed.unwrap_or(Outcome::Accepted)
     }
