@@ -1,7 +1,11 @@
-//! A father that needs no code: it wakes the children that the application names. The application defines the
-//! groups, policies and fallbacks. The schema arbitrates nothing and commands nothing.
+//! Fathers that need no code: they wake the children that the application names, all at once or one after another. The
+//! application defines the groups, policies and fallbacks. They arbitrate nothing and command nothing.
+
+mod steps;
 
 use jde_schema::prelude::*;
+
+pub use steps::Steps;
 
 /// Keeps all its children awake, whatever their number and names.
 ///
@@ -22,7 +26,7 @@ impl Schema for All {
     }
 }
 
-jde_schema::export!("father", "Fathers that need no code.", [All]);
+jde_schema::export!("father", "Fathers that need no code.", [All, Steps]);
 
 #[cfg(test)]
 mod tests;
