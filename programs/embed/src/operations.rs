@@ -271,6 +271,15 @@ impl Run {
         Ok(found.winner.map(|winner| snapshot.schemas[winner].name.clone()))
     }
 
+    /// Whether a schema has authority at present: the right to command and to wake children (R7).
+    ///
+    /// # Errors
+    /// There is no such schema.
+    pub fn has_authority(&self, schema: &str) -> Result<bool, Error> {
+        let number = self.schema(schema)?.index();
+        Ok(self.snapshot().schemas[number].authority)
+    }
+
     /// Returns the newest records of a kind, at most 100 000.
     ///
     /// # Errors

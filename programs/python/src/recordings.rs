@@ -17,7 +17,7 @@ use pyo3::types::PyBytes;
 
 use crate::error;
 use crate::pictures::{png, valid_size};
-use crate::values::dtype;
+use crate::values::{dtype, part_of, to_python};
 
 /// An array of up to so many bytes is made, however short most of its values are.
 const MOST_UNASKED: usize = 1 << 30;
@@ -118,6 +118,24 @@ impl OpenRecording {
             .map_err(error)
         })?;
         Ok((times, array, dtype(py, &value_type)?.into_any()))
+    }
+
+    /// Returns the newest value that had been published at a time, s since the start, or a part of it, as a schema reads it;
+    /// without a time the last one. `None` if there was none.
+    #[pyo3(signature = (name, at=None))]
+    fn value<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        at: Option<f64>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let (_, variable, path) = self.find(name)?;
+        let since = at.map(|at| (at.max(0.0) * 1e9).round() as u64);
+        let until = since.map_or(u64::MAX, |since| self.start().saturating_add(since));
+        let Some(bytes) = py.detach(|| self.newest(variable, until))? else {
+            return Ok(None);
+        };
+        part_of(to_python(py, &variable.value_type, &bytes)?, path).map(Some)
     }
 
     /// Returns the records of a kind: `decisions`, `states` or `events`.
@@ -224,6 +242,24 @@ impl OpenRecording {
         })
     }
 
+    /// Returns the value of the last message of a variable until a time, ns since 1970.
+    fn newest(&self, variable: &RecordedVariable, until: u64) -> PyResult<Option<Vec<u8>>> {
+        let mut newest = None;
+        for message in self.recording.messages().map_err(read_error)? {
+            let message = message.map_err(read_error)?;
+            if message.log_time > until {
+                break;
+            }
+            let of = self.all.get(&message.channel);
+            if of.is_some_and(|of| of.name == variable.name) {
+                newest = Some(message.data);
+            }
+        }
+        newest
+            .map(|data| variable.decode(&data, &mut LeftOut::default()).map_err(error))
+            .transpose()
+    }
+
     /// The start of the application, ns since 1970.
     fn start(&self) -> u64 {
         let stated = self.recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
@@ -239,9 +275,14 @@ impl OpenRecording {
         match found {
             Some(((variable, recorded), path)) => Ok((variable, recorded, path)),
             None => {
-                let known: Vec<_> = self.variables.keys().map(String::as_str).collect();
-                let message = format!("the recording has no `{name}`, but {}", known.join(", "));
-                Err(PyKeyError::new_err(message))
+                let known = self.variables.keys().map(String::as_str);
+                let help = jde_nearest::nearest(name, known).map_or_else(
+                    || String::from("`variables` has their names"),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                Err(PyKeyError::new_err(format!(
+                    "the recording has no `{name}`; {help}"
+                )))
             }
         }
     }

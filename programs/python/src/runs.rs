@@ -126,6 +126,11 @@ impl PythonRun {
         self.0.winner(group).map_err(run_error)
     }
 
+    /// Whether a schema has authority at present (R7).
+    fn has_authority(&self, schema: &str) -> PyResult<bool> {
+        self.0.has_authority(schema).map_err(run_error)
+    }
+
     /// Returns the newest records of a kind: `decisions`, `states` or `events`.
     fn records<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let records = py.detach(|| self.0.records(record_kind(kind)?).map_err(run_error))?;

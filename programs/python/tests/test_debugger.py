@@ -125,6 +125,20 @@ def test_time_stands_still_in_lockstep(start: Callable[..., Terminal]) -> None:
     assert ended.text.count("('at', 1.0)") == 2, ended.text
 
 
+def test_a_step_enters_neither_the_ports_nor_generated_code(robot: Robot, start: Callable[..., Terminal]) -> None:
+    value = "\n@dataclass\nclass Pair:\n    one: float\n    other: float\n"
+    steps = "    def iterate(self, cx):\n        breakpoint()\n        pair = Pair(0.1, 0.2)\n        self.base.command(t.Twist())\n"
+    source = f"from dataclasses import dataclass\n{value}{HEAD}{steps}        last = pair.one\n"
+    robot.write(source, more='restart = "never"')
+    terminal = start("--lockstep", "--for", "1s")
+    for line in ("s\n", "s\n", "s\n", "p 'last', pair\n", "q\n"):
+        terminal.until(PROMPT)
+        terminal.type(line)
+    shown = terminal.end().text
+    assert "('last', Pair(one=0.1, other=0.2))" in shown, shown
+    assert "<string>" not in shown and "_ports.py" not in shown, shown
+
+
 def test_a_call_from_the_prompt_stops_within_the_stop(start: Callable[..., Terminal]) -> None:
     terminal = start("--lockstep", "--for", "3s", "--set", "mine.since=1.0")
     terminal.until(PROMPT)

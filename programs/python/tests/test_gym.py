@@ -236,6 +236,14 @@ def test_the_checker_of_gymnasium_accepts_a_policy_that_chooses(described: Path)
     check_env(of_file(described), skip_render_check=True)
 
 
+def test_the_information_says_whether_an_action_has_authority(described: Path) -> None:
+    env = of_file(described, authority=True)
+    assert env.reset(seed=1)[1] == {"authority": True}
+    env.run.stop("policy")
+    action = np.array([0.5, 0.25], dtype=np.float32)
+    assert env.step(action)[4]["authority"] is False
+
+
 def test_a_step_must_be_that_of_the_file(described: Path) -> None:
     with pytest.raises(ValueError, match=r"a step is 0.2 s, and the policy's file states 0.1 s"):
         of_file(described, step=0.2)

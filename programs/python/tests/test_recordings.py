@@ -42,7 +42,7 @@ def test_a_recording_is_a_picture(recording: jde.Recording) -> None:
     for picture in (path, numbers):
         assert picture.startswith(b"\x89PNG")
     assert path != numbers
-    with pytest.raises(KeyError, match="no `pioner.truth`"):
+    with pytest.raises(KeyError, match="no `pioner.truth`; did you mean `pioneer.truth`"):
         recording.picture("pioner.truth")
     with pytest.raises(ValueError, match="pixels on each side"):
         recording.picture(width=1)
@@ -67,3 +67,14 @@ def test_values_take_the_memory_of_what_is_in_them(navigation: Path, recording: 
     laser = recording["pioneer.laser"]
     assert laser.data.dtype["ranges"].shape == (180,), "the scan has so many beams, and room for more"
     assert laser.data.dtype.itemsize < 2000
+
+
+def test_a_value_at_a_time_is_what_a_schema_reads(recording: jde.Recording) -> None:
+    movers = recording.value("pioneer.movers", at=5.0)
+    assert 0 < len(movers.things) < 64, "a list has as many as there are"
+    truth = recording["pioneer.truth"]
+    then = int(np.searchsorted(truth.times, 5.0, side="right")) - 1
+    assert recording.value("pioneer.truth", at=5.0).pose.x == truth["pose.x"][then]
+    assert recording.value("pioneer.truth.pose.x") == truth["pose.x"][-1]
+    with pytest.raises(KeyError, match="did you mean `pioneer.truth`"):
+        recording.value("pioneer.thruth", at=5.0)

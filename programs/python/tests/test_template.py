@@ -24,12 +24,17 @@ def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str]
     made = robot.jde("new", "schema", name, "--python", *more)
     assert made.status == 0 and "run app.toml" in made.text, made.text
     robot.folder = tmp_path / name
-    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
-    done = subprocess.run(tests, cwd=robot.folder, capture_output=True, text=True, timeout=120, check=False)
+    done = pytest_in(robot.folder)
     assert done.returncode == 0, done.stdout
     drive = robot.drive(60, "--log", f"{name}=info")
     assert drive.status == 0 and all(part in drive.text for part in shown), drive.text
     assert "no contact" in drive.text and "no faults" in drive.text
+
+
+def pytest_in(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the tests of a folder."""
+    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    return subprocess.run(tests, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
 
 
 def test_an_application_with_a_schema_in_python_has_tests(tmp_path: Path) -> None:
@@ -42,6 +47,13 @@ def test_an_application_with_a_schema_in_python_has_tests(tmp_path: Path) -> Non
     )
     done = robot.jde("test")
     assert done.status == 0 and "1 passed" in done.text, done.text
+    assert pytest_in(robot.folder).returncode == 0, "the drive and the tests of the schema are one verdict"
+    (robot.folder / "tests/fails.toml").write_text(
+        'name = "it stands"\napplication = "../app.toml"\nfor = "5s"\n[must."it stands"]\nnever = "follow-wall.won"\n'
+    )
+    done = pytest_in(robot.folder)
+    assert done.returncode == 1 and "1 failed" in done.stdout and "it drives" not in done.stdout, done.stdout
+    assert "it stands" in done.stdout and "see it: jde experiment" in done.stdout, done.stdout
 
 
 def test_a_name_that_hides_the_package_is_refused(tmp_path: Path) -> None:

@@ -15,6 +15,9 @@ use crate::{project_files, shell};
 /// The name of the distribution; on PyPI the name `jde` is that of another project.
 const DISTRIBUTION: &str = "jde_robot";
 
+/// What `pip` and its index show of the wheel.
+const README: &str = "programs/python/README.md";
+
 /// The tools of the wheel: one packs it, the other finds on which systems it runs.
 const ENVIRONMENT: Environment = Environment {
     folder: "wheel",
@@ -41,17 +44,25 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<PathBuf> {
     let about = tree.join(format!("{name}.dist-info"));
     let licences = ["LICENSE-APACHE", "LICENSE-MIT"];
     project_files::copy(release.root, &licences, &about.join("licenses"))?;
+    let readme = release.root.join(README);
+    let readme = fs::read_to_string(&readme).with_context(|| readme.display().to_string())?;
     fs::write(
         about.join("METADATA"),
         format!(
             "Metadata-Version: 2.4\nName: {}\nVersion: {}\nSummary: Robot behaviours that run side by side, of which one acts\n\
-             Requires-Python: >=3.10\nLicense-Expression: MIT OR Apache-2.0\n{}",
+             Requires-Python: >=3.10\nLicense-Expression: MIT OR Apache-2.0\n{}\
+             Description-Content-Type: text/markdown\n\n{readme}",
             DISTRIBUTION.replace('_', "-"),
             release.version,
             licences
                 .map(|licence| format!("License-File: {licence}\n"))
                 .concat()
         ),
+    )?;
+    // pytest finds the drives of applications by itself.
+    fs::write(
+        about.join("entry_points.txt"),
+        "[pytest11]\njde.testing = jde.testing\n",
     )?;
     let platform = format!("linux_{}", std::env::consts::ARCH);
     fs::write(

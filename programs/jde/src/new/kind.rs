@@ -128,7 +128,7 @@ macro_rules! python {
         ]
     };
 }
-const PYTHON: &[File] = files!("python": "README.md");
+const PYTHON: &[File] = files!("python": "README.md", "conftest.py");
 const MOTOR_PYTHON: &[File] = python!("python-motor");
 const PERCEPTIVE_PYTHON: &[File] = python!("python-perceptive");
 const FATHER_PYTHON: &[File] = python!("python-father");

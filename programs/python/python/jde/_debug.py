@@ -7,6 +7,7 @@ import os
 import pdb  # noqa: T100
 import signal
 import sys
+from types import FrameType
 from typing import Any, ClassVar
 
 from jde._context import Context
@@ -17,6 +18,11 @@ class Debugger(pdb.Pdb):
 
     #: How many are reading commands. A call from the prompt, as of `debug`, may stop within the stop.
     _reading: ClassVar[int] = 0
+
+    def stop_here(self, frame: FrameType) -> bool:
+        """Return whether to stop in a frame: not in code that was generated, such as `__init__` of a dataclass."""
+        is_generated = frame.f_code.co_filename.startswith("<") and frame.f_code.co_name != "<module>"
+        return not is_generated and super().stop_here(frame)
 
     def interaction(self, *arguments: Any, **more: Any) -> None:
         """Read commands until one lets the schema go on."""
@@ -45,8 +51,9 @@ def install() -> None:
     # Ctrl-C is for the host. It also ends what waits at the prompt.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Each stop has a debugger of its own, since one within a stop would change the frames of the outer one.
-    # A step goes over the ports of this package.
-    sys.breakpointhook = lambda *_, **__: Debugger(nosigint=True, skip=["jde.*"]).set_trace(sys._getframe(1))
+    # A step goes over the ports of this package, and over the outcomes that they return.
+    skip = ["jde.*", "enum"]
+    sys.breakpointhook = lambda *_, **__: Debugger(nosigint=True, skip=skip).set_trace(sys._getframe(1))
 
 
 def _quit(*_: Any) -> None:

@@ -42,6 +42,7 @@ class Env(gymnasium.Env[Array, Any]):
         limit: float = 60.0,
         set: Mapping[str, Any] | None = None,
         records: bool = False,
+        authority: bool = False,
     ) -> None:
         """Load the application, and run it until the size of an observation is known."""
         act = act or {}
@@ -52,6 +53,7 @@ class Env(gymnasium.Env[Array, Any]):
             raise ValueError("`act` names no number; give {'policy.base.linear.x': (0.0, 0.5)}, for example")
         self._application = Application(application, set=set, mocks=mocks)
         self._observed, self._acted, self._schema = list(observe), list(act), policy
+        self._says_authority_of = mocks[0] if authority else None
         self._reward, self._terminated, self._prepare = reward, terminated, prepare
         self._limit, self._records = limit, records
         self.run: Run
@@ -96,7 +98,7 @@ class Env(gymnasium.Env[Array, Any]):
         if isinstance(self._policy, _jde.PolicyFile):
             self._policy.reset()
         self.observation = self._read()
-        return self.observation, self._lacks()
+        return self.observation, self._info()
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Command the action for the time of a step."""
@@ -115,7 +117,7 @@ class Env(gymnasium.Env[Array, Any]):
         self.observation = self._read()
         terminated = not goes_on or (self._terminated is not None and bool(self._terminated(self)))
         truncated = self._steps >= self._last
-        info = self._lacks() if goes_on else {"outcome": self.run.outcome}
+        info = self._info() if goes_on else {"outcome": self.run.outcome}
         return self.observation, float(self._reward(self)), terminated, truncated, info
 
     def close(self) -> None:
@@ -166,9 +168,12 @@ class Env(gymnasium.Env[Array, Any]):
         numbers = np.array(self._policy.action_of(command), dtype=self.action_space.dtype)
         return numbers.reshape(self.action_space.shape or ())[()]
 
-    def _lacks(self) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
         lacks = self._policy.lacks if isinstance(self._policy, _jde.PolicyFile) else None
-        return {} if lacks is None else {"lacks": lacks}
+        info: dict[str, Any] = {} if lacks is None else {"lacks": lacks}
+        if self._says_authority_of is not None:
+            info["authority"] = self.run.has_authority(self._says_authority_of)
+        return info
 
     def _end_of_step(self) -> float:
         return self._steps * self._step - BEFORE
@@ -198,6 +203,9 @@ def make(application: str | os.PathLike[str], **arguments: Any) -> Env:
     `prepare` is called in each reset before the first step, to place a robot, for example. A step lasts `step`
     seconds, by default the period of the schema, and an episode `limit` seconds. `set` is that of `jde.run`. With
     `records`, `env.run` keeps records and traces.
+
+    With `authority`, `info["authority"]` is whether the schema has it: while another one has won, its actions have no
+    effect (R7). That costs half of a step of a small application.
 
     An action is in force from the next iteration of the schema on. An observation is what variables were just
     before that iteration.

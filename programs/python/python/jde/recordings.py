@@ -47,6 +47,13 @@ class Recording:
         """
         return Series(name, *self._native.series(name))
 
+    def value(self, name: str, at: float | None = None) -> Any:
+        """Return the newest value that had been published `at` a time of the application, s; without one, the last.
+
+        It is the object that a schema reads, or the part of it that the name ends with; `None` if there was none.
+        """
+        return self._native.value(name, at)
+
     @property
     def decisions(self) -> list[dict[str, Any]]:
         """The selections, with their reasons."""

@@ -169,6 +169,10 @@ class Run:
         """Return the winner of a group such as `roots` or `example/base`."""
         return self._native.winner(group)
 
+    def has_authority(self, schema: str) -> bool:
+        """Return whether what a schema commands now takes effect: it and all its fathers are WINNER (R7)."""
+        return self._native.has_authority(schema)
+
     def snapshot(self) -> dict[str, Any]:
         """Return the state of every schema and group."""
         return self._native.snapshot()
