@@ -130,6 +130,11 @@ impl Recorder {
         let messages = running.messages.and_then(|messages| messages.join().ok());
         self.last = Some(match (status.success(), messages) {
             (true, _) => Ok(running.file),
+            // Values that were lost on their way make a recording incomplete, but do not end it.
+            (false, Some(messages)) if running.file.exists() => Err(format!(
+                "{messages}\nrecorded in {}, incomplete",
+                name(&running.file)
+            )),
             (false, Some(messages)) if !messages.is_empty() => Err(messages),
             (false, _) => Err(format!("{} was not recorded: {status}", running.file.display())),
         });

@@ -16,6 +16,8 @@ use jde_timeline::{MarkKind, Severity};
 pub(super) const ROW: f32 = 22.0;
 /// Font size of a row's text.
 const TEXT_SIZE: f32 = 12.5;
+/// The least letters of a name that are of use, with the sign that it is cut: "…_path".
+const LEAST_LETTERS: f32 = 6.0;
 /// About the width of a letter of a row, in points.
 pub(super) const LETTER: f32 = 6.5;
 
@@ -59,6 +61,14 @@ pub(super) fn write_name(painter: &Painter, rect: Rect, name: &str, font: FontId
     };
     let shown = tail(name, |text| width(text) <= rect.width());
     write(painter, rect, &shown, font, color)
+}
+
+/// Writes a name as [`write_name`] does, and nothing where less than [`LEAST_LETTERS`] of a longer one would be left.
+pub(super) fn write_if_readable(painter: &Painter, rect: Rect, name: &str, font: FontId, color: Color32) {
+    let galley = painter.layout_no_wrap(name.to_owned(), font.clone(), color);
+    if galley.size().x <= rect.width() || rect.width() >= LEAST_LETTERS * LETTER {
+        write_name(painter, rect, name, font, color);
+    }
 }
 
 /// Returns a name that fits: whole, or its end after an ellipsis. The end begins with a whole part of the

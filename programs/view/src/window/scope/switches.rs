@@ -67,7 +67,7 @@ impl Traces<'_> {
                 Color32::from_gray(40)
             };
             let inside = rect.shrink2(vec2(4.0, 0.0));
-            paint::write_name(painter, inside, &winner.name, paint::small(), text);
+            paint::write_if_readable(painter, inside, &winner.name, paint::small(), text);
         }
     }
 
