@@ -85,6 +85,31 @@ def main():
         helper.make_node("Tanh", ["sum"], ["action"]),
     ]
     save("attack", nodes, rays, twist, weights)
+    # The same with what apps/policy/local.toml states, whose last eight numbers are points of a path and speeds.
+    seen = {"obs": [1, 44]}
+    random = np.random.default_rng(3)
+    weights = {"w0": random.normal(size=(44, 16)) / 2, "w1": random.normal(size=(16, 2)) / 2}
+    nodes = [
+        helper.make_node("MatMul", ["obs", "w0"], ["y0"]),
+        helper.make_node("Tanh", ["y0"], ["z0"]),
+        helper.make_node("MatMul", ["z0", "w1"], ["y1"]),
+        helper.make_node("Tanh", ["y1"], ["action"]),
+    ]
+    save("local-random", nodes, seen, twist, {key: value.astype(np.float32) for key, value in weights.items()})
+    weights = {
+        "one": np.float32(1.0),
+        "four": np.float32(4.0),
+        "w": np.zeros((44, 2), dtype=np.float32),
+        "b": np.array([9.0, 0.0], dtype=np.float32),
+    }
+    weights["w"][:36, 1] = angles / 45
+    nodes = [
+        helper.make_node("Sub", ["one", "obs"], ["near"]),
+        helper.make_node("Pow", ["near", "four"], ["nearer"]),
+        helper.make_node("Gemm", ["nearer", "w", "b"], ["sum"]),
+        helper.make_node("Tanh", ["sum"], ["action"]),
+    ]
+    save("local-attack", nodes, seen, twist, weights)
     # Chunks: four commands, each faster than the one before; and 16 that go straight ahead, whatever it sees.
     faster = np.arange(4)[:, None] * np.array([0.1, 0.0])
     ahead = np.tile([1.0, 0.0], (16, 1))
