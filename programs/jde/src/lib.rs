@@ -11,6 +11,7 @@ mod failure;
 mod inspect;
 mod mcp;
 mod new;
+mod page_file;
 mod quantity;
 mod remote;
 mod replay;

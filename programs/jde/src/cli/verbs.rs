@@ -13,7 +13,8 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Inspect running applications",
         &[
-            "view", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "shell",
+            "view", "web", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record",
+            "shell",
         ],
     ),
     ("Report on recordings", &["info", "plot", "report"]),

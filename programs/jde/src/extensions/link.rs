@@ -17,11 +17,12 @@ use jde_records::event::Observer;
 use jde_session::run::{Extension, PreparedExtension, RecordingSummary, RunContext};
 use parking_lot::Mutex;
 
+use super::page::{PageOptions, RunPage};
 use crate::failure::Failure;
 use crate::windows;
 
 /// The options of a run for its link.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct LinkOptions {
     /// The name of the application for other applications and tools, if one was given.
     pub(crate) name: Option<String>,
@@ -29,6 +30,8 @@ pub(crate) struct LinkOptions {
     pub(crate) enabled: Option<bool>,
     /// Whether to open windows on the run.
     pub(crate) view: bool,
+    /// The page for browsers, if one is to be served.
+    pub(crate) page: Option<PageOptions>,
     /// Whether time may stand still: then also a run in lockstep lasts until somebody has looked at it.
     pub(crate) stands_still: bool,
 }
@@ -36,15 +39,19 @@ pub(crate) struct LinkOptions {
 /// At least this many of the last bytes that the windows write to standard error are kept.
 const MAX_ERROR_BYTES: usize = 4096;
 
+/// An open link and its page, which ends after the link: its last picture shows how the run ended.
+type OpenLink = (Link, Option<RunPage>);
+
 /// The link of a run.
 struct RunLink {
     settings: Settings,
     /// Whether the run must not start without the link.
     required: bool,
     view: bool,
+    page: Option<PageOptions>,
     title: SubjectInfo,
     events: Events,
-    link: Arc<Mutex<Option<Link>>>,
+    link: Arc<Mutex<Option<OpenLink>>>,
 }
 
 impl RunLink {
@@ -68,8 +75,11 @@ impl RunLink {
             windows::check()?;
         }
         let settings = settings(options.name.clone(), application)?;
-        let required =
-            settings.require_name || settings.is_networked() || options.enabled == Some(true) || options.view;
+        let required = settings.require_name
+            || settings.is_networked()
+            || options.enabled == Some(true)
+            || options.view
+            || options.page.is_some();
         let mut title = SubjectInfo::new(application, speed);
         if lockstep {
             "lockstep".clone_into(&mut title.executor);
@@ -78,6 +88,7 @@ impl RunLink {
             settings,
             required,
             view: options.view,
+            page: options.page.clone(),
             title,
             events: Events::of(application),
             link: Arc::default(),
@@ -107,6 +118,7 @@ impl PreparedExtension for RunLink {
         let plugins = Arc::clone(plugins);
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
         let (events, link, view) = (self.events.clone(), Arc::clone(&self.link), self.view);
+        let page = self.page.clone();
         Box::new(move |handle: &Handle| {
             let subject = Arc::new(Running::new(handle.clone(), title).reloading(plugins));
             match Link::open(&settings, subject, &events) {
@@ -121,7 +133,8 @@ impl PreparedExtension for RunLink {
                     if view {
                         open_windows(&open.about().name)?;
                     }
-                    *link.lock() = Some(open);
+                    let page = page.as_ref().map(|page| RunPage::start(page, open.about()));
+                    *link.lock() = Some((open, page.transpose()?));
                     Ok(())
                 }
                 Err(error) if required => Err(Box::new(Failure::Link(error))),

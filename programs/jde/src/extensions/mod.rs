@@ -2,6 +2,7 @@
 
 mod breakpoints;
 mod link;
+mod page;
 mod panels;
 mod record;
 mod ros;
@@ -10,6 +11,7 @@ use std::time::Duration;
 
 pub(crate) use breakpoints::Breakpoints;
 pub(crate) use link::LinkOptions;
+pub(crate) use page::PageOptions;
 pub(crate) use panels::PanelOptions;
 pub(crate) use record::{
     RecordOptions, TriggerWindow, parse_triggers, recording_failure, recording_summary, report_trouble,

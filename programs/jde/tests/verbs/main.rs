@@ -22,6 +22,7 @@ mod keeping;
 mod liars;
 mod naming;
 mod new;
+mod page;
 mod panels;
 mod past;
 mod playing;

@@ -54,6 +54,8 @@ struct Sink {
     repeats: Repeats,
     /// What schemas printed.
     printed: PrintedLines,
+    /// Lines that stay on the screen of the oscilloscope, from its beginning.
+    pinned: Vec<String>,
     /// Where the lines go in addition.
     forward: Option<SyncSender<LogRecord>>,
     /// Who receives the lines of schemas besides, and the lines for it. It may wait, as printing may.
@@ -131,10 +133,21 @@ impl Log {
         self.sink().shows_events = hide;
     }
 
+    /// Shows a line at once, and again where the oscilloscope uses the screen. It goes nowhere else: it may be a secret.
+    pub fn pin(&self, line: String) {
+        self.print(|sink| {
+            sink.ready.push(line.clone());
+            sink.pinned.push(line);
+        });
+    }
+
     /// Keeps all following lines if `keep` is set. Otherwise writes the kept lines and all that follow.
     pub fn set_buffered(&self, keep: bool) {
         self.print(|sink| {
-            let previous_buffer = std::mem::replace(&mut sink.buffered, keep.then(VecDeque::new));
+            let previous_buffer = std::mem::replace(
+                &mut sink.buffered,
+                keep.then(|| VecDeque::from(sink.pinned.clone())),
+            );
             sink.ready.extend(previous_buffer.into_iter().flatten());
         });
     }

@@ -32,6 +32,7 @@ impl From<Link> for LinkOptions {
                 (false, false) => None,
             },
             name: link.name,
+            page: None,
             stands_still: false,
         }
     }

@@ -24,6 +24,7 @@ mod sim;
 pub(crate) mod test;
 mod validate;
 mod view;
+mod web;
 
 use clap::Subcommand;
 use jde_session::log::{Filter, Log};
@@ -57,6 +58,7 @@ pub(super) enum Tool {
     Shell(shell::Shell),
     Mcp(mcp::Mcp),
     View(view::View),
+    Web(web::Web),
 }
 
 impl Tool {
@@ -83,6 +85,7 @@ impl Tool {
             Self::Shell(shell) => shell.run(Log::start(filter.unwrap_or_default())),
             Self::Mcp(mcp) => mcp.run(filter),
             Self::View(view) => view.run(&Context::default(), filter),
+            Self::Web(web) => web.run(&Context::default(), filter),
         }
     }
 }

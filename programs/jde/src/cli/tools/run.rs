@@ -15,8 +15,9 @@ use jde_terminal as terminal;
 use super::link::Link;
 use super::recording::RecordingArgs;
 use super::ros_args::RosArgs;
-use crate::extensions::{Breakpoints, LinkOptions, RecordOptions, RosOptions};
+use crate::extensions::{Breakpoints, LinkOptions, PageOptions, RecordOptions, RosOptions};
 use crate::failure::Failure;
+use crate::page_file;
 use crate::quantity;
 
 /// Run an application: on a terminal with the oscilloscope, in a pipe with a line for every takeover and its
@@ -33,6 +34,7 @@ use crate::quantity;
   jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
   jde run safe-navigation --record drive.mcap --when conflict --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde run safe-navigation --view
+  jde run safe-navigation --web             a page for browsers, at the address that it prints
   jde run safe-navigation --break 'vff.won and clearance < 0.2'
   jde run app.toml --debug-python shy                     breakpoint() in the schema shy stops it here
   jde run safe-navigation --watch                         cargo build in another terminal, and the robot drives by the new code
@@ -80,6 +82,10 @@ pub(crate) struct Run {
     record: RecordingArgs,
     #[command(flatten)]
     link: Link,
+    /// Serve a page for browsers beside it, on this machine alone or as a file states.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, conflicts_with = "no_link",
+          value_hint = ValueHint::FilePath)]
+    web: Option<Option<PathBuf>>,
     #[command(flatten)]
     ros: RosArgs,
 }
@@ -111,9 +117,20 @@ impl Run {
             let log = Some(log.clone());
             extensions.push(Box::new(RecordOptions { log, ..record }));
         }
+        // A fault of the page's file is found before the robot moves.
+        let page = self
+            .web
+            .map(|file| page_file::read(file.as_deref()).map(|_| file));
+        let page = page.transpose()?.map(|file| PageOptions {
+            file,
+            log: log.clone(),
+        });
+        let link = LinkOptions::from(self.link);
         extensions.push(Box::new(LinkOptions {
             stands_still: !self.breakpoints.is_empty() || !self.debug_python.is_empty(),
-            ..LinkOptions::from(self.link)
+            enabled: link.enabled.or(page.is_some().then_some(true)),
+            page,
+            ..link
         }));
         let is_node = ros.is_some();
         if let Some(ros) = ros {

@@ -1,0 +1,247 @@
+// The page's connection and what its buttons order. The authority is the socket's: the token is shown on it once, and is
+// in no address and in no request.
+import { View } from "/view.js";
+import { Pad } from "/pad.js";
+
+const ALIVE_MS = 3000;
+const SILENT_MS = 1500;
+const ANSWER_MS = 1000;
+const byId = (id) => document.getElementById(id);
+
+let socket = null;
+let right = null;
+let lastState = 0;
+let retry = 0;
+let nextId = 1;
+const waiting = new Map();
+/** The stop that has no answer yet: {id, since, isSent}. It is sent again on each new socket. */
+let stop = null;
+
+// Taken from the address at once, so that no history, no picture of the screen and no other page has it. It stays in this
+// tab, for when the page is loaded again.
+const memory = (() => {
+  try { return window.sessionStorage; } catch { return null; }
+})();
+function takeToken() {
+  const token = location.hash.slice(1);
+  if (token) {
+    history.replaceState(null, "", location.pathname);
+    memory?.setItem("jde-token", token);
+  }
+  return token || memory?.getItem("jde-token") || "";
+}
+let token = takeToken();
+// Another address opened in the same tab changes only what is behind the `#`.
+addEventListener("hashchange", () => {
+  token = takeToken();
+  socket?.close();
+  connect();
+});
+
+const view = new View({ order: send, act, mayOperate: () => right === "operate" });
+const pad = new Pad(byId("pad"), byId("knob"), (order) => send(order), (text) => { byId("drive-text").textContent = text; });
+
+function send(message) {
+  if (socket?.readyState !== WebSocket.OPEN || right === null) return false;
+  socket.send(JSON.stringify(message));
+  return true;
+}
+
+/** Orders something, and shows the answer. */
+function act(message, show) {
+  const id = nextId++;
+  if (send({ ...message, id })) waiting.set(id, show);
+  else show(false, "no connection to the robot");
+}
+
+function setConnection(kind, text) {
+  document.body.dataset.connection = kind;
+  const place = byId("connection");
+  if (place.textContent !== text) place.textContent = text;
+}
+
+function connect() {
+  if (!token) {
+    setConnection("none", "Not connected");
+    byId("enter").hidden = false;
+    return;
+  }
+  const own = new WebSocket(`${location.origin.replace(/^http/, "ws")}/socket`);
+  socket = own;
+  setConnection("none", "Connecting");
+  own.onopen = () => own.send(JSON.stringify({ do: "enter", token, name: memory?.getItem("jde-name") || "" }));
+  own.onmessage = (event) => { if (own === socket) take(JSON.parse(event.data)); };
+  own.onclose = () => { if (own === socket) lost(); };
+}
+
+function lost() {
+  socket = null;
+  right = null;
+  pad.release("released: the connection is lost");
+  for (const show of waiting.values()) show(false, "the connection is lost: what became of this is not known");
+  waiting.clear();
+  if (!token) return connect();
+  setConnection("lost", "No connection. What you see is old.");
+  if (stop) stop.isSent = false;
+  retry = Math.min(4000, retry ? retry * 1.7 : 400);
+  setTimeout(() => { if (!socket) connect(); }, retry);
+}
+
+function take(message) {
+  switch (message.t) {
+    case "welcome":
+      right = message.right;
+      retry = 0;
+      document.body.dataset.right = right;
+      byId("enter").hidden = true;
+      view.welcome(message);
+      pad.choose(right === "operate" ? message.drive : []);
+      setConnection("open", "Connected");
+      if (right !== "operate") sayStop("This page looks only: it cannot stop the robot.", "plain");
+      else if (byId("stop-text").textContent.startsWith("This page looks")) sayStop("", "plain");
+      if (stop) sendStop();
+      if (view.opened) send({ do: "watch", schema: view.opened });
+      break;
+    case "state":
+      lastState = performance.now();
+      view.state(message);
+      pad.setDrivers(message.driving, view.by);
+      break;
+    case "tick":
+      pad.tick = message.n;
+      break;
+    case "log":
+      view.log(message);
+      break;
+    case "values":
+      view.values(message);
+      break;
+    case "answer":
+      if (stop?.id === message.id) stopAnswered(message);
+      waiting.get(message.id)?.(message.ok, message.text);
+      waiting.delete(message.id);
+      break;
+    case "drive":
+      pad.answer(message);
+      break;
+    case "refused":
+      if (right === null) {
+        token = "";
+        memory?.removeItem("jde-token");
+        byId("enter-text").textContent = message.text;
+      } else {
+        view.notice(message.text);
+      }
+      break;
+  }
+}
+
+// The stop. It works at the touch, and not when the finger leaves; a key and a screen reader click.
+function sayStop(text, severity) {
+  const place = byId("stop-text");
+  if (place.textContent !== text) place.textContent = text;
+  place.dataset.severity = severity;
+}
+
+function sendStop() {
+  stop.isSent = send({ do: "stop-all", id: stop.id });
+}
+
+function pressStop() {
+  pad.release("released: everything is stopped");
+  if (!stop) stop = { id: nextId++, since: performance.now(), isSent: false };
+  sendStop();
+  showStop();
+}
+
+function showStop() {
+  if (!stop) return;
+  const waited = (performance.now() - stop.since) / 1000;
+  if (stop.isSent && waited * 1000 < ANSWER_MS) sayStop("Stopping", "plain");
+  else if (stop.isSent) sayStop(`Stopping: no answer for ${waited.toFixed(0)} s. Use the switch of the robot.`, "bad");
+  else sayStop(`NOT stopped: no connection for ${waited.toFixed(0)} s. It is sent as soon as there is one. Use the switch of the robot.`, "bad");
+}
+
+function stopAnswered({ ok, text }) {
+  if (ok) {
+    sayStop(`Stopped at ${new Date().toLocaleTimeString()}`, "plain");
+    stop = null;
+  } else {
+    sayStop(`NOT stopped: ${text}. Press again, or use the switch of the robot.`, "bad");
+    stop = null;
+  }
+}
+
+const stopButton = byId("stop");
+let touched = -Infinity;
+stopButton.addEventListener("pointerdown", (event) => {
+  event.preventDefault();
+  touched = performance.now();
+  pressStop();
+});
+// The click that follows a touch orders nothing more.
+stopButton.addEventListener("click", () => { if (performance.now() - touched > 1000) pressStop(); });
+addEventListener("keydown", (event) => {
+  if (event.code === "Space" && event.ctrlKey && !event.repeat && right === "operate") {
+    event.preventDefault();
+    pressStop();
+  }
+}, { capture: true });
+
+// Where a person has zoomed in, the bar follows to the part of the page that is on the screen.
+function followZoom() {
+  const seen = window.visualViewport;
+  const bar = byId("stop-bar");
+  if (!seen || seen.scale < 1.02) {
+    bar.style.transform = "";
+    return;
+  }
+  const right = seen.offsetLeft + seen.width - innerWidth;
+  const isColumn = matchMedia("(orientation: landscape) and (max-height: 520px)").matches;
+  const left = isColumn ? right : seen.offsetLeft;
+  bar.style.transform = `translate(${left}px, ${seen.offsetTop + seen.height - innerHeight}px) scale(${1 / seen.scale})`;
+}
+window.visualViewport?.addEventListener("resize", followZoom);
+window.visualViewport?.addEventListener("scroll", followZoom);
+
+byId("enter-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  token = byId("token").value.trim().replace(/^.*#/, "");
+  if (token) memory?.setItem("jde-token", token);
+  memory?.setItem("jde-name", byId("person").value.trim());
+  if (!socket) connect();
+});
+
+// The name belongs to the socket, so a new one takes it.
+byId("me").addEventListener("change", (event) => {
+  memory?.setItem("jde-name", event.target.value.trim());
+  socket?.close();
+});
+
+const goOn = (asks) => {
+  byId("go-on").hidden = asks;
+  byId("go-on-yes").hidden = byId("go-on-no").hidden = !asks;
+  (asks ? byId("go-on-no") : byId("go-on")).focus();
+};
+byId("go-on").addEventListener("click", () => goOn(true));
+byId("go-on-no").addEventListener("click", () => goOn(false));
+byId("go-on-yes").addEventListener("click", () => {
+  goOn(false);
+  act({ do: "release-all" }, (ok, text) => sayStop(ok ? "" : `It does not go on: ${text}`, ok ? "plain" : "bad"));
+});
+
+setInterval(() => {
+  showStop();
+  if (document.body.dataset.connection !== "open" && document.body.dataset.connection !== "silent") return;
+  const age = performance.now() - lastState;
+  if (age > SILENT_MS) setConnection("silent", `Nothing new for ${(age / 1000).toFixed(0)} s`);
+  else if (view.silent) setConnection("silent", `The application is silent for ${view.silent.toFixed(0)} s`);
+  else setConnection("open", "Connected");
+}, 250);
+setInterval(() => { if (!document.hidden) send({ do: "alive" }); }, ALIVE_MS);
+document.addEventListener("visibilitychange", () => {
+  if (!document.hidden) send({ do: "alive" });
+});
+addEventListener("pageshow", (event) => { if (event.persisted && !socket) connect(); });
+
+connect();

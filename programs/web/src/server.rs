@@ -1,0 +1,258 @@
+//! Listens for browsers, and gives each its connection. Two threads serve all pages; what waits for the application waits
+//! on threads of its own.
+
+use std::collections::HashMap;
+use std::future::Future;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use jde_link::Remote;
+use jde_link::message::Action;
+use parking_lot::Mutex;
+use serde::{Deserialize, Serialize};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::runtime::Builder;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
+use tokio_rustls::TlsAcceptor;
+
+use crate::model::Model;
+use crate::origin::Places;
+use crate::settings::{Right, Settings};
+use crate::state::{self, DrivingView};
+use crate::token::Tokens;
+use crate::{Error, http, socket, tls};
+
+/// How often the pages get the state.
+const INTERVAL: Duration = Duration::from_millis(200);
+/// Pages at once: a class, twice.
+pub(crate) const MAX_PAGES: usize = 64;
+/// Connections that have not shown a token. Each has 5 s for it.
+const MAX_NEWCOMERS: usize = 64;
+/// How long a greeting of TLS may take.
+const GREETING: Duration = Duration::from_secs(5);
+/// The threads that wait for the application: each page has a few orders at once.
+const MAX_WAITING_THREADS: usize = 400;
+/// How long the last state may take to the pages.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// Where people find the page.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Addresses {
+    /// With the right to operate, if anybody may have it.
+    pub operate: Option<String>,
+    /// With the right to look.
+    pub read: String,
+}
+
+/// What all connections share.
+pub(crate) struct Page {
+    pub(crate) model: Model,
+    pub(crate) tokens: Tokens,
+    pub(crate) places: Places,
+    pub(crate) addresses: Addresses,
+    /// The newest state. It ends with the page.
+    pub(crate) state: watch::Receiver<String>,
+    /// Those who drive by hand, by teleoperator, each with the number of the socket.
+    pub(crate) drivers: Mutex<HashMap<String, (u64, DrivingView)>>,
+    pub(crate) seats: Arc<Semaphore>,
+    newcomers: Arc<Semaphore>,
+    sockets: AtomicU64,
+    started: Instant,
+}
+
+impl Page {
+    /// Returns the time since the start in ms, by which pages say how old their picture is.
+    pub(crate) fn tick(&self) -> u64 {
+        u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    /// Returns a number that no other socket has.
+    pub(crate) fn next_socket(&self) -> u64 {
+        self.sockets.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Sends an order to the application without keeping others waiting.
+    pub(crate) async fn operate(
+        self: &Arc<Self>,
+        by: &str,
+        action: Action,
+        lease_ms: Option<u64>,
+    ) -> Result<String, String> {
+        let (page, by) = (Arc::clone(self), by.to_owned());
+        let answer = tokio::task::spawn_blocking(move || page.model.operate(&by, action, lease_ms)).await;
+        answer.unwrap_or_else(|error| Err(error.to_string()))
+    }
+}
+
+/// Serves the page of an application until the application is gone or `ended` is done. Calls `opened` once with the addresses.
+///
+/// # Errors
+/// The application gives no answer, the address cannot be used, or the certificate cannot.
+pub fn serve(
+    settings: &Settings,
+    remote: Remote,
+    opened: impl FnOnce(&Addresses),
+    ended: impl Future<Output = ()>,
+) -> Result<(), Error> {
+    let acceptor = settings.tls.as_ref().map(tls::acceptor).transpose()?;
+    let (gone, was_gone) = oneshot::channel();
+    remote.on_gone(move || _ = gone.send(()));
+    let model = Model::open(remote)?;
+    let tokens = Tokens::new(settings.access)?;
+    // The link's library refuses to be called below a runtime of one thread.
+    let runtime = Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .max_blocking_threads(MAX_WAITING_THREADS)
+        .build()?;
+    runtime.block_on(async {
+        let listener = listen(settings).await?;
+        let address = listener.local_addr()?;
+        let places = Places::new(acceptor.is_some(), address.port(), &settings.hosts);
+        let base = places.origin(&shown_host(settings, address));
+        let link = |right| tokens.of(right).map(|token| format!("{base}/#{token}"));
+        let addresses = Addresses {
+            operate: link(Right::Operate),
+            read: link(Right::Read).unwrap_or_default(),
+        };
+        opened(&addresses);
+        let (newest, state) = watch::channel(state::message(&model, Vec::new()));
+        let page = Arc::new(Page {
+            model,
+            tokens,
+            places,
+            addresses,
+            state,
+            drivers: Mutex::default(),
+            seats: Arc::new(Semaphore::new(MAX_PAGES)),
+            newcomers: Arc::new(Semaphore::new(MAX_NEWCOMERS)),
+            sockets: AtomicU64::new(1),
+            started: Instant::now(),
+        });
+        tokio::select! {
+            () = accept(&page, &listener, acceptor.as_ref()) => {}
+            () = refresh(&page, &newest) => {}
+            _ = was_gone => {}
+            () = ended => {}
+        }
+        let _ = newest.send(state::message(&page.model, Vec::new()));
+        drop((newest, listener));
+        // Each page takes the last state and leaves.
+        let all = u32::try_from(MAX_PAGES).unwrap_or(u32::MAX);
+        let _ = timeout(FAREWELL, page.seats.acquire_many(all)).await;
+        Ok(())
+    })
+}
+
+async fn listen(settings: &Settings) -> Result<TcpListener, Error> {
+    let mut failure = None;
+    for address in settings.candidates() {
+        match TcpListener::bind(address).await {
+            Ok(listener) => return Ok(listener),
+            Err(reason) => {
+                let address = address.to_string();
+                failure = failure.or(Some(Error::Listen { address, reason }));
+            }
+        }
+    }
+    Err(failure.unwrap_or_else(|| Error::System(io::ErrorKind::AddrNotAvailable.into())))
+}
+
+/// The host in the address that people get: the first listed name, or else a number by which others reach this machine.
+fn shown_host(settings: &Settings, address: SocketAddr) -> String {
+    let port = address.port();
+    if let Some(host) = settings.hosts.first() {
+        return if host.contains(':') {
+            host.clone()
+        } else {
+            format!("{host}:{port}")
+        };
+    }
+    let number = if address.ip().is_unspecified() {
+        outgoing()
+    } else {
+        address.ip()
+    };
+    SocketAddr::new(number, port).to_string()
+}
+
+/// The number of this machine on the network through which it reaches others. Sends nothing: the address is one that
+/// documents use.
+fn outgoing() -> IpAddr {
+    let ask = || -> io::Result<IpAddr> {
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
+        Ok(socket.local_addr()?.ip())
+    };
+    ask().unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST))
+}
+
+async fn accept(page: &Arc<Page>, listener: &TcpListener, acceptor: Option<&TlsAcceptor>) {
+    loop {
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                // No descriptor is free, or the browser is gone already.
+                tracing::debug!("a browser cannot be served: {error}");
+                sleep(INTERVAL).await;
+                continue;
+            }
+        };
+        if let Ok(newcomer) = Arc::clone(&page.newcomers).try_acquire_owned() {
+            let (page, acceptor) = (Arc::clone(page), acceptor.cloned());
+            tokio::spawn(async move {
+                // A browser that is gone, or says nonsense, is nobody's fault.
+                if let Err(error) = connection(page, stream, acceptor, newcomer).await {
+                    tracing::debug!("a connection of a browser ended: {error}");
+                }
+            });
+        }
+    }
+}
+
+async fn connection(
+    page: Arc<Page>,
+    stream: TcpStream,
+    acceptor: Option<TlsAcceptor>,
+    newcomer: OwnedSemaphorePermit,
+) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    let (arrived_at, from) = (stream.local_addr()?, stream.peer_addr()?.ip());
+    match acceptor {
+        None => {
+            let mut stream = stream;
+            if http::answer(&mut stream, &page.places, arrived_at).await? {
+                socket::serve(page, stream, from, newcomer).await;
+            }
+        }
+        Some(acceptor) => {
+            let mut stream = timeout(GREETING, acceptor.accept(stream)).await??;
+            if http::answer(&mut stream, &page.places, arrived_at).await? {
+                socket::serve(page, stream, from, newcomer).await;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Makes the newest state for as long as anybody looks.
+async fn refresh(page: &Arc<Page>, newest: &watch::Sender<String>) {
+    let mut ticks = interval(INTERVAL);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        ticks.tick().await;
+        if page.seats.available_permits() < MAX_PAGES {
+            let driving = page
+                .drivers
+                .lock()
+                .values()
+                .map(|(_, view)| view.clone())
+                .collect();
+            newest.send_replace(state::message(&page.model, driving));
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! One page: its WebSocket, from the token to the end. The authority of a page is that of this socket, and ends with it.
+//!
+//! Reading and writing are apart, so that a page that does not read still stops the robot. What it does not read in time
+//! is left out: it gets the newest state, and no older one.
+
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt as _, StreamExt as _};
+use jde_link::TokenBucket;
+use jde_link::message::Action;
+use parking_lot::Mutex;
+use serde_json::json;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout, timeout_at};
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
+
+use crate::drive;
+use crate::order::{self, DriveOrder, Order};
+use crate::server::{MAX_PAGES, Page};
+use crate::settings::Right;
+use crate::values::Values;
+
+/// The longest message of a page, bytes.
+const MAX_MESSAGE: usize = 4096;
+/// How long a page may take to show its token.
+const ENTRY: Duration = Duration::from_secs(5);
+/// How long a wrong token is answered by nothing.
+const WRONG_TOKEN: Duration = Duration::from_secs(1);
+/// A page says that it is there every 3 s while it can be seen. One that is silent for this long is taken for gone, although
+/// its browser may still answer: it enters again when it is seen again.
+const SILENCE: Duration = Duration::from_secs(15);
+/// How long a message may take to a browser that does not read.
+const UNREAD: Duration = Duration::from_secs(10);
+/// How often a page gets something, if there is something.
+const BEAT: Duration = Duration::from_millis(100);
+/// Messages of a page per second, and at once after a pause. One that drives sends 14.
+const MESSAGES: (f64, f64) = (50.0, 100.0);
+/// Messages above that, or without a sense, after which a page is sent away.
+const MAX_NONSENSE: u32 = 100;
+/// Answers that wait for a page.
+const MAX_ANSWERS: usize = 32;
+/// Orders of a page that wait for the application, and stops beside them.
+const MAX_ORDERS: usize = 2;
+/// Lines of the log in one message.
+const MAX_LINES: usize = 50;
+
+type Sink<S> = SplitSink<WebSocketStream<S>, Message>;
+type Source<S> = SplitStream<WebSocketStream<S>>;
+
+/// What reading and writing of a page share.
+struct Visit {
+    page: Arc<Page>,
+    right: Right,
+    by: String,
+    answers: mpsc::Sender<String>,
+    drive: watch::Sender<Option<DriveOrder>>,
+    values: Arc<Mutex<Option<Values>>>,
+    orders: Arc<Semaphore>,
+    stops: Arc<Semaphore>,
+}
+
+/// Serves a page until it leaves. `newcomer` is its place among those without a token.
+pub(crate) async fn serve<S>(page: Arc<Page>, stream: S, from: IpAddr, newcomer: OwnedSemaphorePermit)
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let limits = WebSocketConfig::default()
+        .max_message_size(Some(MAX_MESSAGE))
+        .max_frame_size(Some(MAX_MESSAGE))
+        .write_buffer_size(0);
+    let socket = WebSocketStream::from_raw_socket(stream, Role::Server, Some(limits)).await;
+    let (mut sink, mut source) = socket.split();
+    let Some((right, by)) = enter(&page, &mut source, from).await else {
+        sleep(WRONG_TOKEN).await;
+        let text = "This address is not valid any more: the robot makes a new one at each start.";
+        send_off(&mut sink, text).await;
+        return;
+    };
+    let Ok(_seat) = Arc::clone(&page.seats).try_acquire_owned() else {
+        send_off(
+            &mut sink,
+            &format!("{MAX_PAGES} pages are open, and no more are served."),
+        )
+        .await;
+        return;
+    };
+    drop(newcomer);
+    let number = page.next_socket();
+    let (answers, waiting) = mpsc::channel(MAX_ANSWERS);
+    let (drive, wanted) = watch::channel(None);
+    let driver = (number, format!("{by} (page {number})"));
+    tokio::spawn(drive::run(Arc::clone(&page), driver, wanted, answers.clone()));
+    let welcome = welcome(&page, right, &by);
+    let visit = Visit {
+        right,
+        by,
+        answers,
+        drive,
+        values: Arc::default(),
+        orders: Arc::new(Semaphore::new(MAX_ORDERS)),
+        stops: Arc::new(Semaphore::new(MAX_ORDERS)),
+        page,
+    };
+    // Whichever ends first ends the visit, and with it what the page holds.
+    tokio::select! {
+        () = read(&visit, &mut source) => {}
+        () = write(&visit, &mut sink, welcome, waiting) => {}
+    }
+    visit.watch(None);
+    let _ = timeout(BEAT, sink.close()).await;
+}
+
+/// Waits for the token. Returns the right that it gives, and the name of the person.
+async fn enter<S>(page: &Page, source: &mut Source<S>, from: IpAddr) -> Option<(Right, String)>
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let first = timeout(ENTRY, source.next()).await.ok()??.ok()?;
+    let Ok(Order::Enter { token, name }) = Order::read(first.to_text().ok()?) else {
+        return None;
+    };
+    let right = page.tokens.right(&token)?;
+    Some((right, order::operator(&name, &from.to_canonical().to_string())))
+}
+
+async fn send_off<S>(sink: &mut Sink<S>, text: &str)
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let message = json!({ "t": "refused", "text": text }).to_string();
+    // It may be gone already.
+    let _ = timeout(ENTRY, async {
+        sink.send(Message::text(message)).await?;
+        sink.close().await
+    })
+    .await;
+}
+
+fn welcome(page: &Page, right: Right, by: &str) -> String {
+    let about = page.model.remote.about();
+    let teleoperators = page.model.teleoperators().map(|schema| {
+        let fast = page.model.max_speeds(schema).map(|limits| limits.fast);
+        json!({ "schema": schema, "fast": fast })
+    });
+    let may_operate = right == Right::Operate;
+    json!({
+        "t": "welcome",
+        "right": right,
+        "by": by,
+        "name": about.name,
+        "application": about.application,
+        "host": about.host,
+        "replay": about.executor == "replay",
+        "drive": if may_operate { teleoperators.collect() } else { Vec::new() },
+        "share": may_operate.then_some(&page.addresses.read),
+    })
+    .to_string()
+}
+
+async fn read<S>(visit: &Visit, source: &mut Source<S>)
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let mut limit = TokenBucket::with_burst(MESSAGES.0, MESSAGES.1, Instant::now());
+    let mut nonsense = 0;
+    let mut silent_at = tokio::time::Instant::now() + SILENCE;
+    while nonsense < MAX_NONSENSE {
+        let Ok(Some(Ok(message))) = timeout_at(silent_at, source.next()).await else {
+            return;
+        };
+        // What the browser sends by itself, such as the answer to a ping, is no sign of the page.
+        let Message::Text(text) = message else { continue };
+        silent_at = tokio::time::Instant::now() + SILENCE;
+        let order = Order::read(&text);
+        let is_stop = matches!(order, Ok(Order::StopAll { .. }));
+        if !is_stop && !limit.try_take(Instant::now()) {
+            nonsense += 1;
+            continue;
+        }
+        match order {
+            Ok(order) => visit.take(order),
+            Err(reason) => {
+                nonsense += 1;
+                visit.say(&json!({ "t": "refused", "text": reason }));
+            }
+        }
+    }
+}
+
+/// Sends what there is to send: answers at once, and the rest at a low rate.
+async fn write<S>(visit: &Visit, sink: &mut Sink<S>, welcome: String, mut answers: mpsc::Receiver<String>)
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let mut state = visit.page.state.clone();
+    let mut ticks = interval(BEAT);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let (mut line, mut is_ending, mut first) = (0, false, Some(welcome));
+    while !is_ending {
+        let mut messages: Vec<String> = first.take().into_iter().collect();
+        tokio::select! {
+            answer = answers.recv() => messages.extend(answer),
+            changed = state.changed() => {
+                is_ending = changed.is_err();
+                let tick = visit.page.tick();
+                messages.push(json!({ "t": "tick", "n": tick }).to_string());
+                messages.push(state.borrow_and_update().clone());
+                let lines = visit.page.model.present().log.after(line, MAX_LINES);
+                if let Some(last) = lines.last() {
+                    let missed = lines[0].number - line - 1;
+                    line = last.number;
+                    messages.push(json!({ "t": "log", "missed": missed, "lines": lines }).to_string());
+                }
+            }
+            _ = ticks.tick() => {
+                if visit.drive.borrow().is_some() {
+                    messages.push(json!({ "t": "tick", "n": visit.page.tick() }).to_string());
+                }
+                if let Some(values) = &*visit.values.lock() {
+                    let changed = values.take_changed();
+                    if !changed.is_empty() {
+                        messages.push(json!({ "t": "values", "schema": values.schema, "values": changed }).to_string());
+                    }
+                }
+            }
+        }
+        for message in messages {
+            if !matches!(
+                timeout(UNREAD, sink.send(Message::text(message))).await,
+                Ok(Ok(()))
+            ) {
+                return;
+            }
+        }
+    }
+}
+
+impl Visit {
+    /// Takes a message. Nothing here waits.
+    fn take(&self, order: Order) {
+        match order {
+            Order::Enter { .. } | Order::Alive {} => {}
+            Order::Watch { schema } => self.watch(schema),
+            Order::StopAll { id } => self.order(id, Action::StopAll, &self.stops),
+            Order::ReleaseAll { id } => self.order(id, Action::ReleaseAll, &self.orders),
+            Order::Play { id, schema } => self.order(id, Action::Play { schema }, &self.orders),
+            Order::Stop { id, schema } => self.order(id, Action::Stop { schema }, &self.orders),
+            Order::Release { id, schema } => self.order(id, Action::Release { schema }, &self.orders),
+            Order::LetGo {} => self.want(None),
+            Order::Drive(order) => {
+                if self.right != Right::Operate {
+                    self.say(&json!({ "t": "drive", "held": false, "text": LOOKS_ONLY }));
+                } else if self.is_fresh(order.tick) {
+                    self.want(Some(order));
+                } else {
+                    self.want(None);
+                    let text = "released: the connection is too slow to drive by";
+                    self.say(&json!({ "t": "drive", "held": false, "text": text }));
+                }
+            }
+        }
+    }
+
+    /// Whether the page saw a tick lately. An order that was under way for long is not carried out late.
+    fn is_fresh(&self, tick: u64) -> bool {
+        let age = self.page.tick().checked_sub(tick);
+        age.is_some_and(|age| u128::from(age) <= drive::MAX_AGE.as_millis())
+    }
+
+    fn want(&self, order: Option<DriveOrder>) {
+        self.drive.send_if_modified(|wanted| {
+            let is_new = wanted.is_some() || order.is_some();
+            *wanted = order;
+            is_new
+        });
+    }
+
+    /// Sends an order of this operator to the application, and its answer to the page.
+    fn order(&self, id: u64, action: Action, limit: &Arc<Semaphore>) {
+        let answers = self.answers.clone();
+        let answer = move |ok: bool, text: &str| {
+            // A page that does not read sees the outcome in its next state.
+            let _ = answers.try_send(json!({ "t": "answer", "id": id, "ok": ok, "text": text }).to_string());
+        };
+        if self.right != Right::Operate {
+            return answer(false, LOOKS_ONLY);
+        }
+        let Ok(permit) = Arc::clone(limit).try_acquire_owned() else {
+            return answer(false, "the orders before have no answer yet");
+        };
+        let (page, by) = (Arc::clone(&self.page), self.by.clone());
+        tokio::spawn(async move {
+            match page.operate(&by, action, None).await {
+                Ok(losses) => answer(true, &losses),
+                Err(reason) => answer(false, &reason),
+            }
+            drop(permit);
+        });
+    }
+
+    fn watch(&self, schema: Option<String>) {
+        let Some(schema) = schema else {
+            let before = self.values.lock().take();
+            // To end subscriptions waits for the link.
+            tokio::task::spawn_blocking(move || drop(before));
+            return;
+        };
+        let Ok(permit) = Arc::clone(&self.orders).try_acquire_owned() else {
+            return self.say(&json!({ "t": "refused", "text": "the orders before have no answer yet" }));
+        };
+        let (page, slot, answers) = (
+            Arc::clone(&self.page),
+            Arc::clone(&self.values),
+            self.answers.clone(),
+        );
+        tokio::task::spawn_blocking(move || {
+            let _permit = permit;
+            match Values::open(&page.model, &schema) {
+                Ok(values) => {
+                    let before = slot.lock().replace(values);
+                    drop(before);
+                }
+                Err(text) => {
+                    let _ = answers.try_send(json!({ "t": "refused", "text": text }).to_string());
+                }
+            }
+        });
+    }
+
+    fn say(&self, message: &serde_json::Value) {
+        let _ = self.answers.try_send(message.to_string());
+    }
+}
+
+/// The answer to whoever may not operate.
+const LOOKS_ONLY: &str = "this address only looks: it has no right to operate";
