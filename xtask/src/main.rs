@@ -3,6 +3,7 @@
 
 mod agents;
 mod bench;
+mod browser;
 mod clients;
 mod clusters;
 mod counts;

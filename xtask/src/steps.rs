@@ -7,7 +7,7 @@ use crate::programs::{self, Job};
 use crate::step::{StepOutcome, TestStep};
 use crate::test::{Context, LINTING_COMPILER};
 use crate::{
-    clusters, counts, demo, extending, headers, lints, manual, mujoco, package, parameters, peers,
+    browser, clusters, counts, demo, extending, headers, lints, manual, mujoco, package, parameters, peers,
     prerequisites, pytest, ros2, shell, tidy, tutorial, valgrind,
 };
 
@@ -177,6 +177,14 @@ pub(crate) const STEPS: &[TestStep<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: pytest::run,
+    },
+    TestStep {
+        name: "browser",
+        title: "the page from the robot, in Chromium",
+        help: "see above; what the browser showed is in target/browser",
+        is_heavy: true,
+        needs: &["build"],
+        run: browser::run,
     },
     TestStep {
         name: "mujoco",
