@@ -167,7 +167,7 @@ fn refusal(refused: Refused, shown: Option<&str>) -> Refusal {
         status: "403 Forbidden",
         text: match refused {
             Refused::Host => format!(
-                "The robot's page is not reached under the name {shown}. Use the address that the robot printed, or add the name to hosts of [web] in the application file."
+                "The robot's page is not reached under the name {shown}. Use the address that the robot printed, or add the name to hosts in the file of --web."
             ),
             Refused::Origin => {
                 format!("Only the robot's own page may open this socket, and the request is from {shown}.")

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// The port unless the application's file states another one.
+/// The port unless a file states another one.
 pub(crate) const USUAL_PORT: u16 = 7480;
 
 /// The settings of a page.

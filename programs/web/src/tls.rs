@@ -1,4 +1,4 @@
-//! TLS with the certificate of the application's file.
+//! TLS with the certificate that the settings name.
 
 use std::path::Path;
 use std::sync::Arc;
