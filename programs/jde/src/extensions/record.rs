@@ -126,7 +126,8 @@ impl RunRecording {
             selection,
             panels,
             panel_recording: Arc::default(),
-            log: record.log.clone(),
+            // Who names what is recorded wants nothing else.
+            log: record.log.clone().filter(|_| record.patterns.is_empty()),
             file,
             is_triggered: record.trigger.is_some(),
         })
