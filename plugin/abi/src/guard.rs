@@ -36,7 +36,7 @@ impl raw::Judgement {
     /// Returns the reason of a refusal or a limit, in words.
     #[must_use]
     pub fn reason(&self) -> String {
-        let bytes = self.reason.map(c_char::cast_unsigned);
+        let bytes = self.reason.map(|byte| c_char::to_ne_bytes(byte)[0]);
         let text = CStr::from_bytes_until_nul(&bytes).map_or(&bytes[..], CStr::to_bytes);
         match String::from_utf8_lossy(text) {
             reason if reason.is_empty() => String::from("the guard gave no reason"),

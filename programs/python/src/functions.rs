@@ -296,7 +296,7 @@ impl Functions for InPython {
                 end -= 1;
             }
             for (place, byte) in verdict.reason.iter_mut().zip(&text.as_bytes()[..end]) {
-                *place = *byte as c_char;
+                *place = c_char::from_ne_bytes([*byte]);
             }
             // SAFETY: the host's room for the verdict, which states its size.
             unsafe { table::write(out, &verdict) };

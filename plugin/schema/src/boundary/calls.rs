@@ -188,7 +188,7 @@ pub(super) fn text(reason: &str) -> [c_char; 128] {
     let cut = reason.floor_char_boundary(text.len() - 1);
     let bytes = reason[..cut].bytes().take_while(|&byte| byte != 0);
     for (place, byte) in text.iter_mut().zip(bytes) {
-        *place = byte.cast_signed();
+        *place = c_char::from_ne_bytes([byte]);
     }
     text
 }

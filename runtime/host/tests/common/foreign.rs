@@ -209,6 +209,6 @@ fn words(payload: &dyn Any) -> String {
 fn copy(text: &str, to: &mut [c_char]) {
     let cut = text.floor_char_boundary(to.len() - 1);
     for (to, byte) in to.iter_mut().zip(text[..cut].bytes().chain([0])) {
-        *to = byte.cast_signed();
+        *to = c_char::from_ne_bytes([byte]);
     }
 }
