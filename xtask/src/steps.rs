@@ -140,8 +140,8 @@ pub(crate) const STEPS: &[TestStep<Context>] = &[
     },
     TestStep {
         name: "demo",
-        title: "the demonstration gives identical decisions twice",
-        help: "two runs of one seed must make the same decisions (R16); search for a clock, a hash map or a thread",
+        title: "the demonstration gives identical decisions twice, the second time as on another processor",
+        help: "two runs of one seed must make the same decisions (R16); search for a clock, a hash map, a thread or a function of the C library",
         is_heavy: true,
         needs: &["build"],
         run: demo::run,

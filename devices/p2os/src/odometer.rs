@@ -92,12 +92,12 @@ impl Odometer {
         let elapsed = sample.time.saturating_sub(last.time).as_secs_f64() * SLACK_FACTOR;
         let largest_distance = SLACK_M + elapsed * model.limits.velocity_mm_s / 1000.0;
         let largest_turn = SLACK_RAD + elapsed * model.limits.rotation_deg_s.to_radians();
-        if dx.hypot(dy) > largest_distance || turn.abs() > largest_turn {
+        if libm::hypot(dx, dy) > largest_distance || turn.abs() > largest_turn {
             self.jumps += 1;
             return;
         }
         // Rotate from the robot's frame to the odometer's, by the difference of their headings.
-        let (sin, cos) = (self.pose.heading - last.heading).sin_cos();
+        let (sin, cos) = libm::sincos(self.pose.heading - last.heading);
         self.pose.x += dx * cos - dy * sin;
         self.pose.y += dx * sin + dy * cos;
         self.pose.heading = wrap(self.pose.heading + turn);

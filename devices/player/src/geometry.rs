@@ -52,7 +52,7 @@ impl Mount {
     /// Returns a place on the device at this mount as a place on the robot.
     #[must_use]
     pub(crate) fn transform(&self, local: &Self) -> Self {
-        let (sin, cos) = self.yaw.sin_cos();
+        let (sin, cos) = libm::sincos(self.yaw);
         Self {
             x: self.x + cos * local.x - sin * local.y,
             y: self.y + sin * local.x + cos * local.y,

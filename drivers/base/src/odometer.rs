@@ -52,7 +52,7 @@ impl Odometer {
         let Twist { linear, angular } = hello.limits;
         let fastest = match hello.kind {
             Kind::Differential { track, .. } => linear.x + angular.z * track / 2.0,
-            Kind::Omnidirectional => linear.x.hypot(linear.y),
+            Kind::Omnidirectional => libm::hypot(linear.x, linear.y),
         };
         let odometer = Self {
             kind: hello.kind,
@@ -144,7 +144,7 @@ impl Odometer {
                     ));
                 }
                 let turned = turn.abs() * passed;
-                if ahead.hypot(left) * passed > self.longest(gap)
+                if libm::hypot(ahead, left) * passed > self.longest(gap)
                     || turned > TURN_SLACK + self.fastest_turn * passed
                 {
                     return Err(format!(
@@ -184,7 +184,7 @@ impl Odometer {
 
 /// The longest way that counts can tell from its opposite, m.
 fn half_a_wrap(ticks_per_metre: f64, bits: u32) -> f64 {
-    f64::from(bits - 1).exp2() / ticks_per_metre
+    libm::exp2(f64::from(bits - 1)) / ticks_per_metre
 }
 
 /// The speeds of a base whose wheels have these.

@@ -82,7 +82,7 @@ impl EmulatedWit {
             self.rates
         };
         let angles = self.angles.map(|angle| scaled(angle, 180.0));
-        let [roll, pitch, yaw] = self.angles.map(|angle| (angle.to_radians() / 2.0).sin_cos());
+        let [roll, pitch, yaw] = self.angles.map(|angle| libm::sincos(angle.to_radians() / 2.0));
         let quaternion = [
             roll.1 * pitch.1 * yaw.1 + roll.0 * pitch.0 * yaw.0,
             roll.0 * pitch.1 * yaw.1 - roll.1 * pitch.0 * yaw.0,

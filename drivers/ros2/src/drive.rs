@@ -86,7 +86,7 @@ impl Drive {
 /// Whether a robot with this measured velocity moves.
 pub(crate) fn moves(velocity: &Twist) -> bool {
     let Twist { linear, angular } = velocity;
-    linear.x.hypot(linear.y) > STANDING_SPEED || angular.z.abs() > STANDING_SPEED
+    libm::hypot(linear.x, linear.y) > STANDING_SPEED || angular.z.abs() > STANDING_SPEED
 }
 
 #[cfg(test)]

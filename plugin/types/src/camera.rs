@@ -64,7 +64,7 @@ impl CameraInfo {
     /// in rad.
     #[must_use]
     pub fn pinhole([width, height]: [u32; 2], field_of_view: f64) -> Self {
-        let focal = f64::from(width) / 2.0 / (field_of_view / 2.0).tan();
+        let focal = f64::from(width) / 2.0 / libm::tan(field_of_view / 2.0);
         let [x, y] = [width, height].map(|pixels| (f64::from(pixels) - 1.0) / 2.0);
         let mut d = Seq::new();
         d.resize(5);

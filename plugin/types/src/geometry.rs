@@ -156,7 +156,7 @@ impl Quaternion {
     /// Returns a rotation by `yaw` rad about the axis up.
     #[must_use]
     pub fn from_yaw(yaw: f64) -> Self {
-        let (sin, cos) = (yaw / 2.0).sin_cos();
+        let (sin, cos) = libm::sincos(yaw / 2.0);
         Self {
             z: sin,
             w: cos,
@@ -198,7 +198,7 @@ impl Quaternion {
         if ((x * x + y * y + z * z + w * w) - 1.0).abs() < ROUNDED {
             return Some(*self);
         }
-        let length = x.hypot(y).hypot(z.hypot(w));
+        let length = libm::hypot(libm::hypot(x, y), libm::hypot(z, w));
         (length.is_finite() && length > 0.0).then(|| Self {
             x: x / length,
             y: y / length,
@@ -263,7 +263,7 @@ impl Quaternion {
     #[must_use]
     pub fn yaw(&self) -> f64 {
         let Self { x, y, z, w } = self.unit();
-        (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
+        libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     }
 }
 
@@ -367,19 +367,19 @@ impl Pose2D {
     /// Returns the distance to `other`, m.
     #[must_use]
     pub fn distance_to(&self, other: &Self) -> f64 {
-        (other.x - self.x).hypot(other.y - self.y)
+        libm::hypot(other.x - self.x, other.y - self.y)
     }
 
     /// Returns the left turn that faces `other`, rad.
     #[must_use]
     pub fn bearing_to(&self, other: &Self) -> f64 {
-        normalize_angle((other.y - self.y).atan2(other.x - self.x) - self.theta)
+        normalize_angle(libm::atan2(other.y - self.y, other.x - self.x) - self.theta)
     }
 
     /// Transforms `local`, a pose in the frame of `self`, to the frame that `self` is in.
     #[must_use]
     pub fn transform(&self, local: &Self) -> Self {
-        let (sin, cos) = self.theta.sin_cos();
+        let (sin, cos) = libm::sincos(self.theta);
         Self::new(
             self.x + cos * local.x - sin * local.y,
             self.y + sin * local.x + cos * local.y,
@@ -391,7 +391,7 @@ impl Pose2D {
     /// [`Self::transform`].
     #[must_use]
     pub fn localize(&self, other: &Self) -> Self {
-        let (sin, cos) = self.theta.sin_cos();
+        let (sin, cos) = libm::sincos(self.theta);
         let (x, y) = (other.x - self.x, other.y - self.y);
         Self::new(
             cos * x + sin * y,

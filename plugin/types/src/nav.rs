@@ -239,7 +239,7 @@ impl Path {
         let mut heading = 0.0;
         for (at, &(x, y)) in points.iter().enumerate() {
             if let Some(&(next_x, next_y)) = points.get(at + 1) {
-                heading = (next_y - y).atan2(next_x - x);
+                heading = libm::atan2(next_y - y, next_x - x);
             }
             let pose = Pose2D::new(x, y, heading).into();
             if path.poses.push(PoseStamped { header, pose }).is_err() {

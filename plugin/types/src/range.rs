@@ -145,7 +145,7 @@ impl LaserScan {
     pub fn rays(&self, sensor: &Pose2D) -> impl Iterator<Item = (Point2D, bool)> + '_ {
         let sensor = *sensor;
         self.lengths().map(move |(beam, length, hit)| {
-            let (sin, cos) = (sensor.theta + self.angle(beam)).sin_cos();
+            let (sin, cos) = libm::sincos(sensor.theta + self.angle(beam));
             let end = Point2D {
                 x: sensor.x + f64::from(length) * cos,
                 y: sensor.y + f64::from(length) * sin,
@@ -214,10 +214,7 @@ impl LaserScan {
 
     /// Whether a beam measures that goes through the far side of an area ahead, or is the one nearest to straight ahead.
     fn sees_ahead(&self, half_width: f64, reach: f64) -> bool {
-        let most = half_width
-            .atan2(reach)
-            .max(f64::from(self.angle_increment).abs() / 2.0)
-            * MARGIN;
+        let most = libm::atan2(half_width, reach).max(f64::from(self.angle_increment).abs() / 2.0) * MARGIN;
         self.echoes()
             .any(|(beam, echo)| echo != Echo::Nothing && normalize_angle(self.angle(beam)).abs() <= most)
     }
@@ -236,7 +233,7 @@ pub enum Ahead {
 
 impl LaserPoint {
     fn new(beam: usize, angle: f64, range: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         Self {
             beam,
             angle,
@@ -254,7 +251,7 @@ impl RangeRing {
         let sonars = self.poses.iter().zip(&self.ranges).enumerate();
         sonars.filter_map(|(sonar, (pose, &range))| {
             let range = Echo::of(range, self.min_range, self.max_range).distance(self.min_range)?;
-            let (sin, cos) = pose.theta.sin_cos();
+            let (sin, cos) = libm::sincos(pose.theta);
             Some(SonarEcho {
                 sonar,
                 range,

@@ -56,13 +56,13 @@ impl Ball {
     /// Distance along the floor, m.
     #[must_use]
     pub fn ahead(&self) -> f64 {
-        self.distance * self.elevation.cos()
+        self.distance * libm::cos(self.elevation)
     }
 
     /// Position on the floor relative to the camera, m.
     #[must_use]
     pub fn place(&self) -> Pose2D {
-        let (sin, cos) = self.bearing.sin_cos();
+        let (sin, cos) = libm::sincos(self.bearing);
         Pose2D::new(self.ahead() * cos, self.ahead() * sin, 0.0)
     }
 }

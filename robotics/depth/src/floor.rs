@@ -137,7 +137,10 @@ impl FloorScan {
             angle_increment,
             ..
         } = self.limits;
-        let (range, place) = (x.hypot(y), ((y.atan2(x) - angle_min) / angle_increment).round());
+        let (range, place) = (
+            libm::hypot(x, y),
+            ((libm::atan2(y, x) - angle_min) / angle_increment).round(),
+        );
         let is_inside = place >= 0.0 && place < self.beams.len() as f64;
         if !is_inside || !range.is_finite() || !z.is_finite() || z > max_height {
             return;

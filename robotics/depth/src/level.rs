@@ -15,9 +15,9 @@ impl Level {
     /// Returns a point of the frame of the sensor, x ahead, y to the left, z up, in the level frame on the floor.
     #[must_use]
     pub fn point(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.roll.sin_cos();
+        let (sin, cos) = libm::sincos(self.roll);
         let (y, z) = (cos * y - sin * z, sin * y + cos * z);
-        let (sin, cos) = self.pitch.sin_cos();
+        let (sin, cos) = libm::sincos(self.pitch);
         [cos * x + sin * z, y, cos * z - sin * x + self.height]
     }
 

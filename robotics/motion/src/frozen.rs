@@ -17,7 +17,7 @@ impl Frozen {
             self.changed_at = *base;
         }
         let moved = self.changed_at.localize(base);
-        moved.x.hypot(moved.y) > most || moved.theta.abs() > most
+        libm::hypot(moved.x, moved.y) > most || moved.theta.abs() > most
     }
 
     /// The odometry jumped from one pose to another without a motion of the base.

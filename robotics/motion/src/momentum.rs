@@ -175,8 +175,8 @@ impl Axis {
             return None;
         };
         let mean = f64::midpoint(self.contradicted.unwrap_or(self.target), target);
-        self.modelled += (mean - self.modelled) * (1.0 - (-step / lag).exp());
-        let weight = 1.0 - (-step / COMPARISON).exp();
+        self.modelled += (mean - self.modelled) * (1.0 - libm::exp(-step / lag));
+        let weight = 1.0 - libm::exp(-step / COMPARISON);
         self.excess += (seen - self.modelled - self.excess) * weight;
         let of_noise = CONTRADICTION * (noise * weight / (2.0 - weight)).sqrt();
         let of_model = MODEL_ERROR * (change + seen.abs().max(self.modelled.abs()));
@@ -197,7 +197,7 @@ impl Axis {
     }
 
     fn predict(&mut self, step: f64, rate: f64, lag: f64, target: Option<f64>) {
-        let kept = (-step / lag).exp();
+        let kept = libm::exp(-step / lag);
         let follows = 1.0 - kept;
         let [variance, of_target] = self.variances;
         if let Some(target) = target {

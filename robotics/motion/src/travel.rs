@@ -36,7 +36,7 @@ impl Travel {
             dynamics.turn_deceleration * step,
         );
         let kept = if dynamics.lag > 0.0 {
-            (-step / dynamics.lag).exp()
+            libm::exp(-step / dynamics.lag)
         } else {
             0.0
         };
@@ -90,7 +90,7 @@ pub fn is_finite(odometry: &Odometry) -> bool {
 #[must_use]
 pub fn is_jump(from: &Pose2D, to: &Pose2D, way: f64) -> bool {
     let step = from.localize(to);
-    step.x.hypot(step.y) > way || step.theta.abs() > FRAC_PI_2
+    libm::hypot(step.x, step.y) > way || step.theta.abs() > FRAC_PI_2
 }
 
 /// Returns what is said of a jump of the odometry.
@@ -116,7 +116,7 @@ pub fn arc(twist: &Twist, time: f64) -> Pose2D {
     let (s, c) = if turn.abs() < 1e-4 {
         (1.0 - turn * turn / 6.0, turn / 2.0)
     } else {
-        (turn.sin() / turn, (1.0 - turn.cos()) / turn)
+        (libm::sin(turn) / turn, (1.0 - libm::cos(turn)) / turn)
     };
     Pose2D::new(s * x - c * y, c * x + s * y, jde_types::normalize_angle(turn))
 }

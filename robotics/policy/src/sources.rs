@@ -86,7 +86,7 @@ pub(crate) fn ahead_on(path: &Path, here: &Pose2D, ahead: f64) -> Result<Pose2D,
 /// Returns a point in the frame of the base, at most `reach` m away in its direction.
 pub(crate) fn local(here: &Pose2D, point: &Pose2D, reach: f64) -> [f64; 2] {
     let Pose2D { x, y, .. } = here.localize(point);
-    let distance = x.hypot(y);
+    let distance = libm::hypot(x, y);
     let factor = if distance > reach { reach / distance } else { 1.0 };
     [x * factor, y * factor]
 }

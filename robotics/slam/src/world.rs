@@ -31,7 +31,7 @@ impl World {
         while world.0.len() < 24 {
             let (x, y) = (8.0 * random.f64() - 4.0, 6.0 * random.f64() - 3.0);
             let (wide, high) = (0.2 + random.f64(), 0.2 + random.f64());
-            if x.hypot(y) > 2.5 {
+            if libm::hypot(x, y) > 2.5 {
                 world = world.with_box((x, y), (x + wide, y + high));
             }
         }

@@ -48,7 +48,7 @@ impl Pinhole {
     pub fn new([width, height]: [usize; 2], field_of_view: f64) -> Self {
         let middle = [width as f64 / 2.0, height as f64 / 2.0];
         Self {
-            focal: [middle[0] / (field_of_view / 2.0).tan(); 2],
+            focal: [middle[0] / libm::tan(field_of_view / 2.0); 2],
             middle,
         }
     }

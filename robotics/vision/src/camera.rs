@@ -33,7 +33,7 @@ impl CameraModel {
     pub fn new([width, height]: [usize; 2], field_of_view: f64) -> Self {
         let middle = [width as f64 / 2.0, height as f64 / 2.0];
         Self {
-            focal: [middle[0] / (field_of_view / 2.0).tan(); 2],
+            focal: [middle[0] / libm::tan(field_of_view / 2.0); 2],
             middle,
             distortion: Distortion::None,
         }
@@ -115,10 +115,10 @@ impl Observation {
     #[must_use]
     pub fn angles(&self, pan: f64, tilt: f64) -> [f64; 2] {
         let [right, down, into] = self.direction;
-        let (sin, cos) = tilt.sin_cos();
+        let (sin, cos) = libm::sincos(tilt);
         let (ahead, up) = (cos * into - sin * down, -sin * into - cos * down);
-        let bearing = pan + (-right).atan2(ahead);
-        let elevation = up.atan2(ahead.hypot(right));
+        let bearing = pan + libm::atan2(-right, ahead);
+        let elevation = libm::atan2(up, libm::hypot(ahead, right));
         [jde_types::normalize_angle(bearing), elevation]
     }
 

@@ -92,9 +92,9 @@ impl Distortion {
             Self::Polynomial(_) => distorted,
             // The angle is nearly the distance from the middle.
             Self::Equidistant(_) => {
-                let angle = distorted[0].hypot(distorted[1]);
+                let angle = libm::hypot(distorted[0], distorted[1]);
                 let scale = if angle > 1e-9 {
-                    angle.min(1.5).tan() / angle
+                    libm::tan(angle.min(1.5)) / angle
                 } else {
                     1.0
                 };
@@ -110,7 +110,7 @@ impl Distortion {
             if determinant.is_nan() || determinant <= 0.0 {
                 return None;
             }
-            if error[0].hypot(error[1]) < CONVERGED {
+            if libm::hypot(error[0], error[1]) < CONVERGED {
                 return Some(place);
             }
             place[0] -= (yy * error[0] - xy * error[1]) / determinant;
@@ -153,11 +153,11 @@ fn polynomial(coefficients: &[f64; 12], [x, y]: Place) -> (Place, Slopes) {
 
 fn equidistant(coefficients: &[f64; 4], [x, y]: Place) -> (Place, Slopes) {
     let [k1, k2, k3, k4] = *coefficients;
-    let r = x.hypot(y);
+    let r = libm::hypot(x, y);
     if r < 1e-9 {
         return ([x, y], [[1.0, 0.0], [0.0, 1.0]]);
     }
-    let angle = r.atan();
+    let angle = libm::atan(r);
     let a2 = angle * angle;
     let bent = angle * (1.0 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))));
     let by_angle = 1.0 + a2 * (3.0 * k1 + a2 * (5.0 * k2 + a2 * (7.0 * k3 + a2 * 9.0 * k4)));

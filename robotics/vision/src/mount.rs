@@ -21,18 +21,18 @@ impl CameraMount {
     /// Returns a direction of the camera in the frame of the robot, of the same length.
     #[must_use]
     pub fn to_base(&self, [right, down, into]: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.tilt.sin_cos();
+        let (sin, cos) = libm::sincos(self.tilt);
         let (ahead, up) = (cos * into - sin * down, -sin * into - cos * down);
-        let (sin, cos) = self.pan.sin_cos();
+        let (sin, cos) = libm::sincos(self.pan);
         [cos * ahead + sin * right, sin * ahead - cos * right, up]
     }
 
     /// Returns a direction of the robot in the frame of the camera, of the same length.
     #[must_use]
     pub fn to_camera(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.pan.sin_cos();
+        let (sin, cos) = libm::sincos(self.pan);
         let (ahead, right) = (cos * x + sin * y, sin * x - cos * y);
-        let (sin, cos) = self.tilt.sin_cos();
+        let (sin, cos) = libm::sincos(self.tilt);
         [right, -sin * ahead - cos * z, cos * ahead - sin * z]
     }
 
@@ -52,7 +52,11 @@ impl CameraMount {
     pub fn facing(&self, pose: &Pose) -> Pose2D {
         let [x, y, _] = self.to_base([pose.position.x, pose.position.y, pose.position.z]);
         let [ahead, left, _] = self.to_base(pose.orientation.rotate([0.0, 0.0, -1.0]));
-        Pose2D::new(self.position[0] + x, self.position[1] + y, left.atan2(ahead))
+        Pose2D::new(
+            self.position[0] + x,
+            self.position[1] + y,
+            libm::atan2(left, ahead),
+        )
     }
 
     /// Returns the direction of a point in the frame of the robot, in that of the camera.

@@ -316,7 +316,7 @@ fn is_same_outline(one: &Footprint, other: &Footprint) -> bool {
     let has = |of: &Footprint, a: &Point2D| {
         of.points
             .iter()
-            .any(|b| (a.x - b.x).hypot(a.y - b.y) <= MEASURING_ERROR)
+            .any(|b| libm::hypot(a.x - b.x, a.y - b.y) <= MEASURING_ERROR)
     };
     one.points.iter().all(|corner| has(other, corner)) && other.points.iter().all(|corner| has(one, corner))
 }

@@ -56,7 +56,7 @@ impl Schema for Approach {
         };
         let remaining = ball.ahead() - self.distance.get(cx);
         let target_speed = (self.gain.get(cx) * remaining).max(self.slowest.get(cx));
-        let speed = target_speed.min(self.speed.get(cx)) * ball.bearing.cos().max(0.0);
+        let speed = target_speed.min(self.speed.get(cx)) * libm::cos(ball.bearing).max(0.0);
         let fastest = self.turn_rate.get(cx);
         let turn = (self.turn.get(cx) * ball.bearing).clamp(-fastest, fastest);
         self.base.command(cx, Twist::planar(speed, turn));

@@ -389,7 +389,7 @@ fn is_blocked(obstacles: &Obstacles, path: &[(f64, f64)], robot: &Pose2D, inscri
     let side = reach.max(0.0) as i32;
     let is_clear = |cell: Cell, _: f64| {
         let (x, y) = geometry.center(cell);
-        let grid = if (x - robot.x).hypot(y - robot.y) < inscribed {
+        let grid = if libm::hypot(x - robot.x, y - robot.y) < inscribed {
             obstacles.known()
         } else {
             obstacles.grid()

@@ -55,7 +55,7 @@ impl Driven {
     /// along in part, or the path comes back along itself.
     pub(crate) fn advance(&mut self, robot: &Pose2D, tolerance: f64, now: Duration) {
         while let Some(&(x, y)) = self.points.get(self.next) {
-            let distance = (x - robot.x).hypot(y - robot.y);
+            let distance = libm::hypot(x - robot.x, y - robot.y);
             if distance > tolerance {
                 if distance < self.nearest.0 - MIN_PROGRESS {
                     self.nearest = (distance, now, *robot);
@@ -77,7 +77,10 @@ impl Driven {
         let &(x, y) = self.points.get(self.next)?;
         let (_, since, from) = self.nearest;
         let direction = from.bearing_to(&Pose2D::new(x, y, 0.0)) + from.theta;
-        let place = (from.x + ahead * direction.cos(), from.y + ahead * direction.sin());
+        let place = (
+            from.x + ahead * libm::cos(direction),
+            from.y + ahead * libm::sin(direction),
+        );
         (now.saturating_sub(since) >= patience).then_some(place)
     }
 

@@ -108,7 +108,7 @@ impl Course {
 
 /// Returns the heading, relative to that toward the mark, that leads to the line.
 fn steer(y: f64) -> f64 {
-    (y / DECAY).atan().clamp(-MAX_ANGLE, MAX_ANGLE)
+    libm::atan(y / DECAY).clamp(-MAX_ANGLE, MAX_ANGLE)
 }
 
 fn docking(step: Manoeuvre, local: &Pose2D, goal: &Goal) -> Manoeuvre {
@@ -116,7 +116,7 @@ fn docking(step: Manoeuvre, local: &Pose2D, goal: &Goal) -> Manoeuvre {
     let beside = local.y.abs() > LATERAL_TOLERANCE.0 + LATERAL_TOLERANCE.1 * left.max(0.0);
     match step {
         Manoeuvre::There
-            if left.hypot(local.y) <= goal.margin
+            if libm::hypot(left, local.y) <= goal.margin
                 && astray(local).abs() <= HEADING_ERROR.max(2.0 * goal.heading) =>
         {
             Manoeuvre::There

@@ -378,7 +378,7 @@ impl Dock {
             .map(|place| place.transform(&Pose2D::new(self.distance.get(cx), 0.0, core::f64::consts::PI)));
         let distance = self
             .step
-            .map(|(_, local)| (local.x - self.distance.get(cx)).hypot(local.y));
+            .map(|(_, local)| libm::hypot(local.x - self.distance.get(cx), local.y));
         self.docking.write(
             cx,
             Mission {

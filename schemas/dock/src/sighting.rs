@@ -37,7 +37,7 @@ impl Sighting {
     /// Adds that a base at a pose saw the mark: its place and the direction in which it faces, in the frame of the base.
     /// What is not finite is left out.
     pub(crate) fn add(&mut self, base: &Pose2D, seen: &Pose2D, ambiguity: f64, time: Duration) {
-        let range = seen.x.hypot(seen.y);
+        let range = libm::hypot(seen.x, seen.y);
         let mark = base.transform(seen);
         // The error of a range grows with the square of the range, and so does that of a direction.
         let variance = range.max(0.1).powi(4);

@@ -106,7 +106,7 @@ impl<S: Schema> Loop<S> {
             let (dx, dy) = (b.0 - a.0, b.1 - a.1);
             let along = ((x - a.0) * dx + (y - a.1) * dy) / (dx * dx + dy * dy);
             let along = along.clamp(0.0, 1.0);
-            (x - a.0 - along * dx).hypot(y - a.1 - along * dy)
+            libm::hypot(x - a.0 - along * dx, y - a.1 - along * dy)
         };
         self.walls.iter().map(distance).fold(f64::INFINITY, f64::min)
     }
@@ -122,7 +122,7 @@ pub(crate) fn scan(walls: &[Wall], pose: &Pose2D) -> LaserScan {
     };
     scan.ranges.resize(181);
     for beam in 0..181 {
-        let (sin, cos) = (pose.theta + scan.angle(beam)).sin_cos();
+        let (sin, cos) = libm::sincos(pose.theta + scan.angle(beam));
         let hit = |[a, b]: &Wall| {
             let (dx, dy) = (b.0 - a.0, b.1 - a.1);
             let (ax, ay) = (a.0 - pose.x, a.1 - pose.y);

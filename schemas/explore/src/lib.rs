@@ -304,7 +304,7 @@ impl Explore {
 
 impl GivenUp {
     fn is_near(&self, (x, y): (f64, f64), distance: f64) -> bool {
-        (x - self.place.0).hypot(y - self.place.1) <= distance
+        libm::hypot(x - self.place.0, y - self.place.1) <= distance
     }
 }
 

@@ -122,7 +122,7 @@ impl Survey {
             cells.iter().map(|cell| f64::from(pick(cell))).sum::<f64>() / cells.len() as f64
         };
         let middle = (mean(|cell| cell.x), mean(|cell| cell.y));
-        let away = |cell: &&Cell| (f64::from(cell.x) - middle.0).hypot(f64::from(cell.y) - middle.1);
+        let away = |cell: &&Cell| libm::hypot(f64::from(cell.x) - middle.0, f64::from(cell.y) - middle.1);
         let place = cells.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
         let (x, y) = self.grid.geometry().center(*place);
         let way = self.field.price(*place)? * self.grid.geometry().resolution();
@@ -135,6 +135,6 @@ impl Frontier {
     pub(crate) fn is_near(&self, (x, y): (f64, f64), distance: f64) -> bool {
         self.cells
             .iter()
-            .any(|cell| (cell.0 - x).hypot(cell.1 - y) <= distance)
+            .any(|cell| libm::hypot(cell.0 - x, cell.1 - y) <= distance)
     }
 }

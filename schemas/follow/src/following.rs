@@ -227,7 +227,7 @@ impl Following {
         let (expected, reach) = (self.expected()?, self.reach(0.0));
         let misfit = |person: &&Person| {
             let [ahead, left] = [0, 1].map(|axis| person.velocity[axis] - self.velocity[axis]);
-            between(&person.position, &expected) + ahead.hypot(left)
+            between(&person.position, &expected) + libm::hypot(ahead, left)
         };
         let fits = persons.iter().filter(|person| {
             let is_near = between(&person.position, &place) < reach;
@@ -295,7 +295,7 @@ impl Following {
 
     /// The speed of the person when last seen, m/s.
     fn speed(&self) -> f64 {
-        self.velocity[0].hypot(self.velocity[1])
+        libm::hypot(self.velocity[0], self.velocity[1])
     }
 
     /// How fast the robot shall go, m/s: as the person, and faster if the person is farther away.
@@ -346,9 +346,9 @@ fn chosen(terms: &Terms, pose: &Pose2D, persons: &[Person]) -> Option<Person> {
 }
 
 fn distance(pose: &Pose2D, point: &Point2D) -> f64 {
-    (point.x - pose.x).hypot(point.y - pose.y)
+    libm::hypot(point.x - pose.x, point.y - pose.y)
 }
 
 fn between(a: &Point2D, b: &Point2D) -> f64 {
-    (a.x - b.x).hypot(a.y - b.y)
+    libm::hypot(a.x - b.x, a.y - b.y)
 }

@@ -34,7 +34,8 @@ impl Panel for Person {
         let (Some([x, y, _]), Some(persons)) = (gesture.clicked("around"), self.persons.get(cx)) else {
             return Ok(());
         };
-        let away = |person: &&jde_schema::types::Person| (person.position.x - x).hypot(person.position.y - y);
+        let away =
+            |person: &&jde_schema::types::Person| libm::hypot(person.position.x - x, person.position.y - y);
         let nearest = persons.persons.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         if let Some(person) = nearest.filter(|person| away(person) < CLICK_RADIUS) {
             self.following.choose(person);

@@ -174,9 +174,9 @@ impl Ekf {
         let between = fix.time().abs_diff(imu.time()).as_secs_f64();
         let turned = between * {
             let Vector3 { x, y, z } = imu.angular_velocity;
-            x.hypot(y).hypot(z)
+            libm::hypot(libm::hypot(x, y), z)
         };
-        let heading = variance.sqrt().max(heading).hypot(turned);
+        let heading = libm::hypot(variance.sqrt().max(heading), turned);
         let antenna = Pose2D::new(self.antenna_x.get(cx), self.antenna_y.get(cx), 0.0);
         let from = Pose2D::new(0.0, 0.0, yaw).transform(&antenna);
         let stated = fix.covariance[0].max(fix.covariance[3]).max(0.0).sqrt();
@@ -184,7 +184,10 @@ impl Ekf {
         Ok(Begin {
             at: Pose2D::new(fix.x - from.x, fix.y - from.y, yaw),
             time: fix.time(),
-            deviations: [position.hypot(antenna.x.hypot(antenna.y) * heading), heading],
+            deviations: [
+                libm::hypot(position, libm::hypot(antenna.x, antenna.y) * heading),
+                heading,
+            ],
             frame: Some(fix.header.frame_id),
         })
     }

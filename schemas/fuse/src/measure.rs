@@ -111,7 +111,7 @@ impl Ekf {
     /// The rotation of the IMU on the base.
     fn mounted(&self, cx: &Context) -> Quaternion {
         let about = |angle: f64, [x, y, z]: [f64; 3]| {
-            let (sin, cos) = (angle / 2.0).sin_cos();
+            let (sin, cos) = libm::sincos(angle / 2.0);
             Quaternion {
                 x: sin * x,
                 y: sin * y,
@@ -347,7 +347,11 @@ fn is_same_frame(before: &mut Option<Frame>, watch: &mut Watch, header: &Header)
 fn chord(step: &Pose2D) -> [f64; 3] {
     let half = step.theta / 2.0;
     // Near 0 the quotient is 1 to the last bits.
-    let scale = if half.abs() < 1e-6 { 1.0 } else { half / half.tan() };
+    let scale = if half.abs() < 1e-6 {
+        1.0
+    } else {
+        half / libm::tan(half)
+    };
     [
         scale * step.x + half * step.y,
         scale * step.y - half * step.x,

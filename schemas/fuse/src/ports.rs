@@ -165,13 +165,15 @@ impl ConstantErrors {
 impl ConstantErrors {
     /// The deviations, m and rad, of a pose of this covariance after a step of the wheels.
     pub(crate) fn on_the_way(&self, cx: &Context, covariance: &[[f64; 3]; 3], step: &Pose2D) -> [f64; 2] {
-        let way = step.x.hypot(step.y);
-        let turned =
-            (self.turn_scale_deviation.get(cx) * step.theta).hypot(self.drift_deviation.get(cx) * way);
-        let heading = covariance[2][2].max(0.0).sqrt().hypot(turned);
+        let way = libm::hypot(step.x, step.y);
+        let turned = libm::hypot(
+            self.turn_scale_deviation.get(cx) * step.theta,
+            self.drift_deviation.get(cx) * way,
+        );
+        let heading = libm::hypot(covariance[2][2].max(0.0).sqrt(), turned);
         let position = covariance[0][0].max(covariance[1][1]).max(0.0).sqrt();
-        let went = (self.scale_deviation.get(cx) * way).hypot(heading * way);
-        [position.hypot(went), heading]
+        let went = libm::hypot(self.scale_deviation.get(cx) * way, heading * way);
+        [libm::hypot(position, went), heading]
     }
 }
 

@@ -31,7 +31,7 @@ impl Refusal {
 
     /// Takes another one. One that does not agree with those before begins anew: outliers are no place.
     pub(crate) fn add(self, now: Duration, measured: [f64; 2], estimated: [f64; 2], deviation: f64) -> Self {
-        let way = |from: [f64; 2], to: [f64; 2]| (to[0] - from[0]).hypot(to[1] - from[1]);
+        let way = |from: [f64; 2], to: [f64; 2]| libm::hypot(to[0] - from[0], to[1] - from[1]);
         let went = way(self.estimated, estimated);
         let differs = (way(self.measured, measured) - went).abs();
         if self.is_old(now) || differs.is_nan() || differs > MOST * deviation + WAY_ERROR * went {

@@ -11,7 +11,7 @@ impl Panel for Goon {
             None => pen.text("No target, or no pose"),
             Some(target) => {
                 let error = Pose2D::ORIGIN.bearing_to(&target);
-                pen.value("target ahead", target.x.hypot(target.y), "m");
+                pen.value("target ahead", libm::hypot(target.x, target.y), "m");
                 pen.value("heading error", error, "rad");
                 pen.text(match self.band(cx, error) {
                     Band::Straight => "straight and fast",
@@ -31,7 +31,7 @@ impl Panel for Goon {
             }
             if let Some(target) = target {
                 for limit in [self.straight.get(cx), self.veer.get(cx)] {
-                    for (sin, cos) in [limit.sin_cos(), (-limit).sin_cos()] {
+                    for (sin, cos) in [libm::sincos(limit), libm::sincos(-limit)] {
                         area.line([(0.0, 0.0), (1.5 * cos, 1.5 * sin)]).ink(Ink::Faint);
                     }
                 }

@@ -229,5 +229,5 @@ impl Footprint {
 }
 
 fn distance(point: &Point2D) -> f64 {
-    point.x.hypot(point.y)
+    libm::hypot(point.x, point.y)
 }

@@ -61,7 +61,7 @@ impl Memory {
             // Cells whose edge is nearer than their center count as occupied by their center.
             let radius = outline.reach() + margin + 2.0 * RESOLUTION;
             self.grid
-                .assume_free(at, radius, |(x, y)| (x - at.0).hypot(y - at.1) <= radius);
+                .assume_free(at, radius, |(x, y)| libm::hypot(x - at.0, y - at.1) <= radius);
         } else {
             self.grid.assume_free(at, outline.reach(), |(x, y)| {
                 outline.clearance(robot, &[Point2D { x, y }]) <= 0.0
@@ -74,7 +74,7 @@ impl Memory {
     /// boundary of what is known to be free, or only what was seen occupied if the unknown is allowed.
     pub(crate) fn obstacles(&self, robot: &Pose2D, allow_unknown: bool, now: Duration) -> Vec<Point2D> {
         let (at, reach) = ((robot.x, robot.y), self.reach);
-        let (sin, cos) = robot.theta.sin_cos();
+        let (sin, cos) = libm::sincos(robot.theta);
         let local = move |(x, y)| {
             let (dx, dy) = (x - at.0, y - at.1);
             Point2D {
@@ -88,6 +88,8 @@ impl Memory {
             self.grid.boundary(at, reach)
         };
         let points = places.into_iter().map(local);
-        points.filter(|point| point.x.hypot(point.y) <= reach).collect()
+        points
+            .filter(|point| libm::hypot(point.x, point.y) <= reach)
+            .collect()
     }
 }

@@ -49,7 +49,7 @@ impl Wave {
 pub(crate) fn find(bearing: f64, beside: f64, robot: &Pose2D, persons: &[Person]) -> Option<u32> {
     let off = |person: &Person| {
         let place = robot.localize(&place(person));
-        normalize_angle(place.y.atan2(place.x) - bearing).abs()
+        normalize_angle(libm::atan2(place.y, place.x) - bearing).abs()
     };
     least(persons, off, beside)
 }

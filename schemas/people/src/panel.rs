@@ -45,7 +45,7 @@ impl Panel for People {
             [
                 person.id.to_string(),
                 format!("{x:.2}, {y:.2}"),
-                format!("{:.2}", ahead.hypot(left)),
+                format!("{:.2}", libm::hypot(ahead, left)),
                 format!("{:.2}", person.confidence),
                 format!("{:.1}", person.unseen),
             ]

@@ -274,7 +274,7 @@ impl Plan {
             return false;
         };
         let passed = cx.now().saturating_sub(time).as_secs_f64();
-        let speed = pose.twist.twist.linear.x.hypot(pose.twist.twist.linear.y);
+        let speed = libm::hypot(pose.twist.twist.linear.x, pose.twist.twist.linear.y);
         before.distance_to(&robot) > LARGEST_STEP + speed * passed
     }
 

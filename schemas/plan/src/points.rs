@@ -29,5 +29,5 @@ pub(crate) fn length(points: &[(f64, f64)]) -> f64 {
 
 /// Returns the distance between two points.
 pub(crate) fn apart(a: (f64, f64), b: (f64, f64)) -> f64 {
-    (b.0 - a.0).hypot(b.1 - a.1)
+    libm::hypot(b.0 - a.0, b.1 - a.1)
 }

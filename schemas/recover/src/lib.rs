@@ -296,7 +296,7 @@ impl Recover {
     fn is_still(&self, cx: &Context) -> bool {
         self.surroundings.get(cx).is_none_or(|around| {
             let Twist { linear, angular } = around.velocity;
-            linear.x.hypot(linear.y) < STANDING_SPEED.0 && angular.z.abs() < STANDING_SPEED.1
+            libm::hypot(linear.x, linear.y) < STANDING_SPEED.0 && angular.z.abs() < STANDING_SPEED.1
         })
     }
 
@@ -312,7 +312,10 @@ impl Recover {
         self.surroundings.get(cx).is_some_and(|around| {
             let reach = Outline::try_from(&around.footprint).map_or(f64::INFINITY, |outline| outline.reach());
             let least = reach + around.margin + self.room.get(cx);
-            around.points.iter().all(|point| point.x.hypot(point.y) > least)
+            around
+                .points
+                .iter()
+                .all(|point| libm::hypot(point.x, point.y) > least)
         })
     }
 }

@@ -34,7 +34,7 @@ impl Circle {
     /// Nothing is around a robot with this outline.
     pub(crate) fn new(outline: &Outline) -> Self {
         let edge = |beam| {
-            let (sin, cos) = angle(beam).sin_cos();
+            let (sin, cos) = libm::sincos(angle(beam));
             let steps = (0..).map(|step| f64::from(step) * STEP);
             let inside = steps.take_while(|at| outline.distance(at * cos, at * sin) < 0.0);
             inside.last().unwrap_or_default() + STEP
@@ -52,8 +52,8 @@ impl Circle {
 
     /// Adds a thing at a point in the frame of the base.
     pub(crate) fn add(&mut self, point: &Point2D) {
-        let beam = ((point.y.atan2(point.x) + PI) / INCREMENT).round() as usize % BEAMS;
-        let range = point.x.hypot(point.y).max(RANGE_MIN * 2.0);
+        let beam = ((libm::atan2(point.y, point.x) + PI) / INCREMENT).round() as usize % BEAMS;
+        let range = libm::hypot(point.x, point.y).max(RANGE_MIN * 2.0);
         self.nearest[beam] = self.nearest[beam].min(range);
     }
 
@@ -63,7 +63,7 @@ impl Circle {
         (0..=count as u32).map(move |step| {
             let angle = from + (to - from) * f64::from(step) / count;
             let beam = ((angle + PI) / INCREMENT).round().rem_euclid(BEAMS as f64) as usize;
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = libm::sincos(angle);
             let at = self.edges[beam.min(BEAMS - 1)];
             Point2D {
                 x: at * cos,
@@ -74,9 +74,9 @@ impl Circle {
 
     /// Returns a point, moved to the edge of the outline if it is inside.
     pub(crate) fn outward(&self, point: Point2D) -> Point2D {
-        let angle = point.y.atan2(point.x);
+        let angle = libm::atan2(point.y, point.x);
         let edge = self.edge(angle, angle).next().unwrap_or(point);
-        if point.x.hypot(point.y) < edge.x.hypot(edge.y) {
+        if libm::hypot(point.x, point.y) < libm::hypot(edge.x, edge.y) {
             edge
         } else {
             point
@@ -123,14 +123,14 @@ impl Circle {
         things
             .filter(|(_, range)| range.is_finite())
             .map(|(beam, range)| {
-                let (sin, cos) = angle(beam).sin_cos();
+                let (sin, cos) = libm::sincos(angle(beam));
                 (range * cos, range * sin)
             })
     }
 
     /// Returns where the first place is that is not seen on the way from the outline to `until` m, m; `None` if all are.
     fn first_unseen(&self, beam: usize, until: f64, sees: impl Fn(&Point2D) -> bool) -> Option<f64> {
-        let (sin, cos) = angle(beam).sin_cos();
+        let (sin, cos) = libm::sincos(angle(beam));
         let first = self.edges[beam] + STEP;
         let next = |at: &f64| (*at < until).then(|| (at + LEAST_STEP.max(GROWTH * at)).min(until));
         let mut places = core::iter::successors((first <= until).then_some(first), next);

@@ -114,7 +114,7 @@ impl Eye {
         let last = count.saturating_sub(1) as f64;
         // From the middle of the view, no direction of it is more than half a turn away.
         let middle = self.angle_min + self.increment * last / 2.0;
-        let exact = normalize_angle(dy.atan2(dx) - pose.theta - middle) / self.increment + last / 2.0;
+        let exact = normalize_angle(libm::atan2(dy, dx) - pose.theta - middle) / self.increment + last / 2.0;
         let mut beam = exact.round();
         let aside = ((exact - beam) * self.increment).abs();
         if self.increment.abs() * (count as f64 + 0.5) > TAU {
@@ -122,7 +122,7 @@ impl Eye {
         }
         // The increment of a single beam may be 0, and the quotient none.
         let is_inside = beam >= 0.0 && beam < count as f64;
-        is_inside.then(|| (beam as usize, dx.hypot(dy), aside))
+        is_inside.then(|| (beam as usize, libm::hypot(dx, dy), aside))
     }
 }
 

@@ -60,7 +60,7 @@ impl Memory {
         self.cells.retain(|_, noticed| {
             let point = &noticed.point;
             now.saturating_sub(noticed.time) <= age
-                && (point.x - base.x).hypot(point.y - base.y) <= REACH
+                && libm::hypot(point.x - base.x, point.y - base.y) <= REACH
                 && !gone(noticed)
         });
     }

@@ -81,7 +81,7 @@ impl Noticing {
         self.points
             .extend(points.map(|&point| Noticed { point, time, sense }));
         self.eyes.push(Eye::new(number, scan, &sweep, &mount));
-        let reach = f64::from(scan.range_max) - mount.x.hypot(mount.y);
+        let reach = f64::from(scan.range_max) - libm::hypot(mount.x, mount.y);
         self.reach = self.reach.min(reach);
         self.oldest = self.oldest.min(value.time());
         Ok(())

@@ -36,7 +36,8 @@ impl Cone {
     /// Returns the distance of a place from the sonar, m; `None` if it is not in the direction of the cone.
     fn distance(&self, place: &Point2D) -> Option<f64> {
         let local = self.sonar.localize(&Pose2D::new(place.x, place.y, 0.0));
-        (local.y.atan2(local.x).abs() <= self.field_of_view / 2.0).then(|| local.x.hypot(local.y))
+        (libm::atan2(local.y, local.x).abs() <= self.field_of_view / 2.0)
+            .then(|| libm::hypot(local.x, local.y))
     }
 
     /// Whether the echo came through a place.
@@ -58,7 +59,7 @@ impl Cone {
             .clamp(1.0, 500.0);
         let points = (0..=count as u32).map(|step| {
             let part = f64::from(step) / count - 0.5;
-            let (sin, cos) = (self.sonar.theta + self.field_of_view * part).sin_cos();
+            let (sin, cos) = libm::sincos(self.sonar.theta + self.field_of_view * part);
             Point2D {
                 x: self.sonar.x + self.range * cos,
                 y: self.sonar.y + self.range * sin,

@@ -48,20 +48,22 @@ impl Schema for Approach {
             return Ok(false.into());
         };
         let stop = self.distance.get(cx);
-        let far = self
-            .far
-            .above(nearest.x.hypot(nearest.y), stop + self.margin.get(cx), stop);
+        let far = self.far.above(
+            libm::hypot(nearest.x, nearest.y),
+            stop + self.margin.get(cx),
+            stop,
+        );
         Ok(far.into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let twist = self.nearest(cx).map_or(Twist::ZERO, |nearest| {
-            let bearing = nearest.y.atan2(nearest.x);
-            let remaining = nearest.x.hypot(nearest.y) - self.distance.get(cx);
+            let bearing = libm::atan2(nearest.y, nearest.x);
+            let remaining = libm::hypot(nearest.x, nearest.y) - self.distance.get(cx);
             let fastest = self.turn_rate.get(cx);
             let speed = (self.gain.get(cx) * remaining).clamp(0.0, self.speed.get(cx));
             Twist::planar(
-                speed * bearing.cos().max(0.0),
+                speed * libm::cos(bearing).max(0.0),
                 (self.turn.get(cx) * bearing).clamp(-fastest, fastest),
             )
         });
@@ -79,7 +81,7 @@ impl Approach {
             .blobs
             .iter()
             .filter(|blob| blob.color == color && blob.on_floor.get());
-        let distance = |blob: &ColorBlob| blob.x.hypot(blob.y);
+        let distance = |blob: &ColorBlob| libm::hypot(blob.x, blob.y);
         standing
             .copied()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))

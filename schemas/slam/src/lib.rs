@@ -417,7 +417,7 @@ impl Slam {
 
 /// Checks that the laser is near the base.
 fn check_mount(mount: &Pose2D) -> Result<(), String> {
-    if mount.x.hypot(mount.y) <= MAX_MOUNT_DISTANCE {
+    if libm::hypot(mount.x, mount.y) <= MAX_MOUNT_DISTANCE {
         return Ok(());
     }
     Err(format!(

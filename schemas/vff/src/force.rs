@@ -46,7 +46,7 @@ impl Forces {
 impl FieldWeights {
     /// Returns pull and push in the robot's frame, for a target in that frame.
     pub(crate) fn forces(&self, target: &Pose2D, laser: &LaserScan) -> Forces {
-        let distance = target.x.hypot(target.y);
+        let distance = libm::hypot(target.x, target.y);
         let pull = if distance > 0.0 {
             self.attraction * distance.min(self.cap) / distance
         } else {
@@ -60,8 +60,8 @@ impl FieldWeights {
             let push = weight * self.push(point.range);
             // Most returns are too far to push, and the sine costs more than all else.
             if push != 0.0 {
-                x += push * point.angle.cos();
-                y += push * point.angle.sin();
+                x += push * libm::cos(point.angle);
+                y += push * libm::sin(point.angle);
             }
         }
         Forces {

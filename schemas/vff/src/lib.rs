@@ -117,7 +117,7 @@ impl Vff {
     /// scan.
     fn heading(&self, cx: &Context) -> Option<f64> {
         let (x, y) = self.forces(cx)?.sum();
-        Some(y.atan2(x))
+        Some(libm::atan2(y, x))
     }
 
     fn forces(&self, cx: &Context) -> Option<Forces> {

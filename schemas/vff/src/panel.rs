@@ -15,7 +15,7 @@ impl Panel for Vff {
             Some(error) => pen.value("heading error", error, "rad"),
         }
         if let Some(forces) = forces {
-            let strength = |(x, y): (f64, f64)| x.hypot(y);
+            let strength = |(x, y): (f64, f64)| libm::hypot(x, y);
             pen.row(|pen| {
                 pen.value("attraction", strength(forces.pull), "");
                 pen.value("repulsion", strength(forces.push), "");

@@ -18,6 +18,7 @@ mod machine_paths;
 mod module_files;
 mod rules;
 mod rust;
+mod same_on_all;
 mod sources;
 mod streams;
 mod tree;
@@ -55,6 +56,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
         machine_paths::check(&tree),
         module_files::check(&tree),
         rules::check(&tree),
+        same_on_all::check(&tree),
         sources::check(&tree),
         streams::check(&tree),
         unfinished::check(&tree),

@@ -299,7 +299,7 @@ impl RobotSession {
     /// Returns the pose of the odometry, in the client's frame.
     fn pose(&self, world: &World) -> Pose2 {
         let odometry = world.odometry(self.robot).pose;
-        let (sin, cos) = self.odometry_origin.heading.sin_cos();
+        let (sin, cos) = libm::sincos(self.odometry_origin.heading);
         let (dx, dy) = (
             odometry.x - self.odometry_origin.x,
             odometry.y - self.odometry_origin.y,

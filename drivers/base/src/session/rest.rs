@@ -29,7 +29,7 @@ impl Rest {
         hello: &Hello,
         now: Duration,
     ) -> Option<String> {
-        let speed = twist.linear.x.hypot(twist.linear.y);
+        let speed = libm::hypot(twist.linear.x, twist.linear.y);
         let moves = speed > MOVES[0] || twist.angular.z.abs() > MOVES[1];
         let Some(since) = standing_since.filter(|_| moves) else {
             self.running = None;

@@ -100,9 +100,10 @@ impl Poses {
                 && normalize_angle(mount.theta - other.theta).abs() <= MOUNT_TOLERANCE
         };
         let is_mounted = mounts.iter().filter(is_same).count() as f64 >= MIN_SHARE * mounts.len() as f64
-            && mount.x.hypot(mount.y) <= MAX_MOUNT_DISTANCE;
+            && libm::hypot(mount.x, mount.y) <= MAX_MOUNT_DISTANCE;
         if is_mounted {
-            let is_none = mount.x.hypot(mount.y) < POSE_TOLERANCE && mount.theta.abs() < POSE_TOLERANCE;
+            let is_none =
+                libm::hypot(mount.x, mount.y) < POSE_TOLERANCE && mount.theta.abs() < POSE_TOLERANCE;
             self.mount = if is_none { usual } else { mount };
             return;
         }

@@ -236,7 +236,7 @@ fn is_frozen<T: Copy + PartialEq>(
 /// The quaternion of the unit, x, y, z and w; `None` if it has another length than 1.
 fn quaternion(numbers: [i16; 4]) -> Option<[f64; 4]> {
     let [w, x, y, z] = numbers.map(|number| f64::from(number) / 32768.0);
-    let length = x.hypot(y).hypot(z.hypot(w));
+    let length = libm::hypot(libm::hypot(x, y), libm::hypot(z, w));
     (0.98..1.02)
         .contains(&length)
         .then(|| [x, y, z, w].map(|part| part / length))
@@ -244,7 +244,7 @@ fn quaternion(numbers: [i16; 4]) -> Option<[f64; 4]> {
 
 /// Roll about x after pitch about y after yaw about z.
 fn of_angles(roll: f64, pitch: f64, yaw: f64) -> [f64; 4] {
-    let [(a, b), (c, d), (e, f)] = [roll, pitch, yaw].map(|angle| (angle / 2.0).sin_cos());
+    let [(a, b), (c, d), (e, f)] = [roll, pitch, yaw].map(|angle| libm::sincos(angle / 2.0));
     [
         a * d * f - b * c * e,
         b * c * f + a * d * e,

@@ -100,14 +100,14 @@ fn between(from: &Transform, to: &Transform, share: f64) -> Transform {
 /// The rotation that is `share` of the shorter way from one to another, at a constant rate.
 fn slerp(from: Quaternion, to: Quaternion, share: f64) -> Quaternion {
     let dot = from.x * to.x + from.y * to.y + from.z * to.z + from.w * to.w;
-    let angle = dot.abs().min(1.0).acos();
+    let angle = libm::acos(dot.abs().min(1.0));
     let (a, b) = if angle < 1e-6 {
         // Sines of so small angles are as their angles.
         (1.0 - share, share)
     } else {
         (
-            ((1.0 - share) * angle).sin() / angle.sin(),
-            (share * angle).sin() / angle.sin(),
+            libm::sin((1.0 - share) * angle) / libm::sin(angle),
+            libm::sin(share * angle) / libm::sin(angle),
         )
     };
     let b = b.copysign(dot);

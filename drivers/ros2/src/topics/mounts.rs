@@ -147,7 +147,8 @@ fn sensor(import: &ListedImport<Publication>) -> Option<Sensor> {
 
 /// The pose of the frame of a camera: x to the right of the picture, y down, z into it.
 fn camera(settings: &Publication) -> Pose {
-    let ((sin, cos), (sin_tilt, cos_tilt)) = (settings.mount.theta.sin_cos(), settings.tilt.sin_cos());
+    let ((sin, cos), (sin_tilt, cos_tilt)) =
+        (libm::sincos(settings.mount.theta), libm::sincos(settings.tilt));
     let right = [sin, -cos, 0.0];
     let down = [-sin_tilt * cos, -sin_tilt * sin, -cos_tilt];
     let into = [cos_tilt * cos, cos_tilt * sin, -sin_tilt];

@@ -178,7 +178,7 @@ impl RollingGrid {
         for cell in self.cells_within(middle, radius) {
             let (at_x, at_y) = self.geometry.center(cell);
             let odds = &mut self.evidence.odds[self.geometry.index(cell)];
-            if *odds > 0.0 && (at_x - middle.0).hypot(at_y - middle.1) <= radius {
+            if *odds > 0.0 && libm::hypot(at_x - middle.0, at_y - middle.1) <= radius {
                 *odds = 0.0;
             }
         }

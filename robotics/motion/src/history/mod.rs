@@ -167,7 +167,7 @@ impl Known {
         // Each velocity for half of the time.
         let expected = self.after(half).transform(&arc(&next.velocity, half));
         let error = expected.localize(&next.pose);
-        error.x.hypot(error.y) > MAX_STEP_ERROR.0 || error.theta.abs() > MAX_STEP_ERROR.1
+        libm::hypot(error.x, error.y) > MAX_STEP_ERROR.0 || error.theta.abs() > MAX_STEP_ERROR.1
     }
 }
 
@@ -226,7 +226,7 @@ impl Sweep {
 
 /// Where a beam ends.
 pub(crate) fn end(laser: &Pose2D, angle: f64, length: f64) -> Point2D {
-    let (sin, cos) = (laser.theta + angle).sin_cos();
+    let (sin, cos) = libm::sincos(laser.theta + angle);
     Point2D {
         x: laser.x + length * cos,
         y: laser.y + length * sin,

@@ -85,7 +85,7 @@ impl Outline {
         for i in 0..count {
             let order = |i: usize| if twice_the_area < 0.0 { count - 1 - i } else { i };
             let (a, b) = (points[order(i)], points[order((i + 1) % count)]);
-            let length = (b.x - a.x).hypot(b.y - a.y);
+            let length = libm::hypot(b.x - a.x, b.y - a.y);
             if length == 0.0 {
                 return Err(FootprintError::NotConvex);
             }
@@ -95,7 +95,7 @@ impl Outline {
                 along: ((b.x - a.x) / length, (b.y - a.y) / length),
                 length,
             };
-            outline.swing = outline.swing.max(a.x.hypot(a.y));
+            outline.swing = outline.swing.max(libm::hypot(a.x, a.y));
         }
         // A star also turns left at each corner, so each edge is compared with every corner. The tolerance is
         // far above rounding and far below what a person can measure.
@@ -168,7 +168,7 @@ impl Outline {
             } else {
                 (aside, middle)
             };
-            (Point2D { x, y }, (part / 2.0).hypot(width / 2.0))
+            (Point2D { x, y }, libm::hypot(part / 2.0, width / 2.0))
         })
     }
 
@@ -177,7 +177,7 @@ impl Outline {
     #[must_use]
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         if self.count == 0 {
-            return x.hypot(y) - self.radius;
+            return libm::hypot(x, y) - self.radius;
         }
         let mut outside = f64::NEG_INFINITY;
         let mut nearest = f64::INFINITY;
@@ -196,7 +196,7 @@ impl Outline {
         if self.count == 0 || middle == f64::INFINITY {
             return middle - self.radius;
         }
-        let (sin, cos) = pose.theta.sin_cos();
+        let (sin, cos) = libm::sincos(pose.theta);
         let mut least = f64::INFINITY;
         // Squared distance from the pose beyond which a point cannot be the nearest.
         let mut bound = (middle + self.reach()).powi(2);

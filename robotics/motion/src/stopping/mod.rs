@@ -215,7 +215,7 @@ pub(crate) fn is_still(twist: &Twist) -> bool {
 
 /// The greatest speed of a point of the outline, m/s.
 fn speed(twist: &Twist, outline: &Outline) -> f64 {
-    twist.linear.x.hypot(twist.linear.y) + twist.angular.z.abs() * outline.swing()
+    libm::hypot(twist.linear.x, twist.linear.y) + twist.angular.z.abs() * outline.swing()
 }
 
 #[cfg(test)]

@@ -194,7 +194,7 @@ impl Repetition {
         };
         self.poses = Some((pose, changed_at));
         let moved = changed_at.localize(&pose);
-        if moved.x.hypot(moved.y) > MOVED || moved.theta.abs() > MOVED {
+        if libm::hypot(moved.x, moved.y) > MOVED || moved.theta.abs() > MOVED {
             self.repeated.get_or_insert_with(|| bytes.to_vec());
         }
         self.repeated.is_some()
@@ -210,5 +210,5 @@ impl Repetition {
 
 fn is_jump(from: &Pose2D, to: &Pose2D) -> bool {
     let step = from.localize(to);
-    step.x.hypot(step.y) > MAX_STEP || step.theta.abs() > FRAC_PI_2
+    libm::hypot(step.x, step.y) > MAX_STEP || step.theta.abs() > FRAC_PI_2
 }

@@ -122,7 +122,7 @@ fn add(sum: &mut (f64, f64), speed: f64, from: Nanos, to: Nanos) {
 /// The speed in the plane, or the turn rate if that is greater: m/s and rad/s.
 fn speed(twist: &Twist) -> f64 {
     let Twist { linear, angular } = twist;
-    linear.x.hypot(linear.y).max(angular.z.abs())
+    libm::hypot(linear.x, linear.y).max(angular.z.abs())
 }
 
 #[cfg(test)]

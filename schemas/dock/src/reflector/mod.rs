@@ -175,7 +175,7 @@ impl Reflector {
                     pose: pose.into(),
                 };
                 self.reflector.write_at(cx, stamped, time);
-                self.words = format!("a reflector, {:.2} m away", pose.x.hypot(pose.y));
+                self.words = format!("a reflector, {:.2} m away", libm::hypot(pose.x, pose.y));
             }
             Err(why) => {
                 self.reflector.retract(cx);

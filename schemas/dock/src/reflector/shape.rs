@@ -45,7 +45,7 @@ pub(crate) fn bright(scan: &LaserScan, least: f64, range: f64) -> Vec<Bright> {
         };
         let length = f64::from(length);
         let is_bright = f64::from(scan.intensities[beam]) >= least && length <= range;
-        let (sin, cos) = scan.angle(beam).sin_cos();
+        let (sin, cos) = libm::sincos(scan.angle(beam));
         is_bright.then_some((length * cos, length * sin))
     };
     // It begins beside a thing: one of a full turn may lie across the first beam.
@@ -63,7 +63,7 @@ pub(crate) fn bright(scan: &LaserScan, least: f64, range: f64) -> Vec<Bright> {
             things.push(Bright {
                 middle,
                 extent: apart(*first, *last),
-                spacing: middle.0.hypot(middle.1) * f64::from(scan.angle_increment).abs(),
+                spacing: libm::hypot(middle.0, middle.1) * f64::from(scan.angle_increment).abs(),
             });
         }
         ends.clear();
@@ -93,7 +93,7 @@ impl ReflectorShape<'_> {
     /// Returns whether a thing may be as wide as a strip.
     pub(crate) fn is_strip(&self, thing: &Bright) -> bool {
         let most = thing.extent + 2.0 * thing.spacing;
-        thing.extent <= self.width + self.tolerance && most >= self.width * MAX_ANGLE.cos()
+        thing.extent <= self.width + self.tolerance && most >= self.width * libm::cos(MAX_ANGLE)
     }
 
     /// Returns the reflectors of this shape among bright things: the middle, and the direction in which each faces.
@@ -111,7 +111,7 @@ impl ReflectorShape<'_> {
                 (apart(from.middle, to.middle) - (left - right)).abs() <= self.reach(from).max(self.reach(to))
             })
             .filter_map(|(from, to)| {
-                let along = (to.middle.1 - from.middle.1).atan2(to.middle.0 - from.middle.0);
+                let along = libm::atan2(to.middle.1 - from.middle.1, to.middle.0 - from.middle.0);
                 let first = Pose2D::new(from.middle.0, from.middle.1, along - FRAC_PI_2);
                 let guess = first.transform(&Pose2D::new(0.0, -right, 0.0));
                 self.fit(&guess, things)
@@ -153,18 +153,18 @@ impl ReflectorShape<'_> {
             cos += (offset - middle) * (at.1 - y);
             sin -= (offset - middle) * (at.0 - x);
         }
-        let turned = Pose2D::new(x, y, sin.atan2(cos)).transform(&Pose2D::new(0.0, -middle, 0.0));
+        let turned = Pose2D::new(x, y, libm::atan2(sin, cos)).transform(&Pose2D::new(0.0, -middle, 0.0));
         let pose = guess.transform(&turned);
         let is_there = |(thing, offset): (&Bright, &f64)| {
             apart(local(&pose, thing), (0.0, *offset)) <= self.reach(thing)
         };
         let laser = pose.localize(&Pose2D::ORIGIN);
-        let faces = laser.x > 0.0 && laser.y.atan2(laser.x).abs() <= MAX_ANGLE;
+        let faces = laser.x > 0.0 && libm::atan2(laser.y, laser.x).abs() <= MAX_ANGLE;
         let mut places = parts.iter().map(|(thing, _)| *thing).zip(self.offsets);
         (faces && places.all(is_there)).then_some(pose)
     }
 }
 
 fn apart(a: (f64, f64), b: (f64, f64)) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
+    libm::hypot(a.0 - b.0, a.1 - b.1)
 }

@@ -22,7 +22,7 @@ impl Perimeter {
             let radius = footprint.radius + padding;
             let count = (core::f64::consts::TAU * radius / spacing).ceil().max(8.0);
             (0..count as u32)
-                .map(|step| (core::f64::consts::TAU * f64::from(step) / count).sin_cos())
+                .map(|step| libm::sincos(core::f64::consts::TAU * f64::from(step) / count))
                 .map(|(sin, cos)| (radius * cos, radius * sin))
                 .collect()
         } else {
@@ -33,7 +33,9 @@ impl Perimeter {
         let mut points = Vec::new();
         for (index, from) in corners.iter().enumerate() {
             let to = corners[(index + 1) % corners.len()];
-            let steps = ((to.0 - from.0).hypot(to.1 - from.1) / spacing).ceil().max(1.0);
+            let steps = (libm::hypot(to.0 - from.0, to.1 - from.1) / spacing)
+                .ceil()
+                .max(1.0);
             points.extend((0..steps as u32).map(|step| {
                 let share = f64::from(step) / steps;
                 (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
@@ -107,7 +109,7 @@ impl Window {
 
     /// What the outline is on at a pose.
     pub(super) fn contact(&self, pose: &Pose2D, perimeter: &Perimeter) -> Contact {
-        let (sin, cos) = pose.theta.sin_cos();
+        let (sin, cos) = libm::sincos(pose.theta);
         let geometry = self.costs.geometry();
         let cost = |(x, y): (f64, f64)| {
             let cell = geometry.cell_at((pose.x + cos * x - sin * y, pose.y + sin * x + cos * y));

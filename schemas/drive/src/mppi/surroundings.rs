@@ -83,7 +83,7 @@ impl Surroundings {
         self.points.clear();
         self.points.extend_from_slice(seen);
         let remembered = self.grid.remembered((robot.x, robot.y), self.reach, now, age);
-        let (sin, cos) = robot.theta.sin_cos();
+        let (sin, cos) = libm::sincos(robot.theta);
         self.points.extend(remembered.map(|(x, y)| {
             let (dx, dy) = (x - robot.x, y - robot.y);
             Point2D {

@@ -150,7 +150,7 @@ impl Path {
             }
             Chase::Point(point) => point,
         };
-        let angle = point.y.atan2(point.x);
+        let angle = libm::atan2(point.y, point.x);
         if angle.abs() > self.rotate_to_heading_min_angle.get(cx) {
             return Some(
                 self.limits
@@ -166,7 +166,10 @@ impl Path {
         let bend = fast / (curve.abs() * self.regulated_linear_scaling_min_radius.get(cx)).max(1.0);
         let close = fast * clearance / self.cost_scaling_dist.get(cx).max(f64::EPSILON);
         let left = self.track.left();
-        let arrival = self.robot.dynamics(cx).arrival(left.max(point.x.hypot(point.y)));
+        let arrival = self
+            .robot
+            .dynamics(cx)
+            .arrival(left.max(libm::hypot(point.x, point.y)));
         let speed = bend.min(close).max(slow).min(fast).min(arrival);
         // Both fall together, so that the arc stays.
         let speed = speed.min(most / curve.abs().max(f64::EPSILON));

@@ -60,14 +60,14 @@ impl Histogram {
         // How far the robot can turn to either side before its arc meets a point, rad.
         let (mut left, mut right) = (PI, -PI);
         for point in around.points {
-            let (distance, angle) = (point.x.hypot(point.y), point.y.atan2(point.x));
+            let (distance, angle) = (libm::hypot(point.x, point.y), libm::atan2(point.y, point.x));
             let free = distance - around.enlargement;
             if free >= around.far {
                 continue;
             }
             // The angle that a point covers; a point within the enlarged robot covers half of the horizon.
             let cover = if free > 0.0 {
-                (around.enlargement / distance).asin()
+                libm::asin(around.enlargement / distance)
             } else {
                 FRAC_PI_2
             };
@@ -78,10 +78,10 @@ impl Histogram {
                 distances[sector] = distances[sector].min(free);
             }
             let turn = around.turn_radius;
-            if angle >= 0.0 && point.x.hypot(point.y - turn) < turn + around.enlargement {
+            if angle >= 0.0 && libm::hypot(point.x, point.y - turn) < turn + around.enlargement {
                 left = left.min(angle);
             }
-            if angle <= 0.0 && point.x.hypot(point.y + turn) < turn + around.enlargement {
+            if angle <= 0.0 && libm::hypot(point.x, point.y + turn) < turn + around.enlargement {
                 right = right.max(angle);
             }
         }

@@ -23,7 +23,7 @@ impl Panel for Vfh {
                 .width(2.5);
             if let (Some(free), Some(pose)) = (&self.free, pose) {
                 for direction in free.middles() {
-                    let (sin, cos) = (direction - pose.theta).sin_cos();
+                    let (sin, cos) = libm::sincos(direction - pose.theta);
                     area.line([(0.5 * cos, 0.5 * sin), (0.8 * cos, 0.8 * sin)])
                         .ink(Ink::Good);
                 }
@@ -33,7 +33,7 @@ impl Panel for Vfh {
             }
             area.robot(&Pose2D::ORIGIN);
             if let Steering::Toward(angle) = self.choice {
-                area.arrow((0.0, 0.0), (angle.cos(), angle.sin()))
+                area.arrow((0.0, 0.0), (libm::cos(angle), libm::sin(angle)))
                     .ink(Ink::Accent)
                     .width(3.0);
             }

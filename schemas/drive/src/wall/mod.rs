@@ -208,8 +208,8 @@ impl Wall {
     /// body, m; `None` without a point there.
     fn wall(&self, cx: &Context) -> Option<(f64, f64)> {
         let (left, body) = (self.left(cx), self.body.as_ref()?);
-        let range = |point: &Point2D| point.x.hypot(point.y);
-        let angle = |point: &Point2D| point.x.atan2(left * point.y);
+        let range = |point: &Point2D| libm::hypot(point.x, point.y);
+        let angle = |point: &Point2D| libm::atan2(point.x, left * point.y);
         let beside = body.points().iter().filter(|point| angle(point).abs() <= SIDE);
         let nearest = beside.min_by(|a, b| range(a).total_cmp(&range(b)))?;
         Some((angle(nearest), range(nearest) - body.reach()))

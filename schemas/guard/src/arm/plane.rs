@@ -39,7 +39,7 @@ fn to_point([from, to]: [Point; 2], point: Point) -> f64 {
         true => ((way[0] * along[0] + way[1] * along[1]) / square).clamp(0.0, 1.0),
         false => 0.0,
     };
-    (way[0] - share * along[0]).hypot(way[1] - share * along[1])
+    libm::hypot(way[0] - share * along[0], way[1] - share * along[1])
 }
 
 /// Whether two segments cross within both. Those that only touch have a distance of 0 anyway.

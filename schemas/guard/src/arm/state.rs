@@ -115,7 +115,10 @@ impl ArmState {
     /// Returns the distance from the arm to the nearest zone.
     fn gap(&self, [shoulder, elbow]: [f64; 2]) -> f64 {
         let reach = |from: [f64; 2], angle: f64, length: f64| {
-            [from[0] + length * angle.cos(), from[1] + length * angle.sin()]
+            [
+                from[0] + length * libm::cos(angle),
+                from[1] + length * libm::sin(angle),
+            ]
         };
         let bend = reach([0.0; 2], shoulder, self.links[0]);
         let hand = reach(bend, shoulder + elbow, self.links[1]);

@@ -165,7 +165,7 @@ impl Occupied {
 
     /// The part of a command's speed that is accepted.
     fn part(&self, command: &Twist) -> f64 {
-        let speed = command.linear.x.hypot(command.linear.y);
+        let speed = libm::hypot(command.linear.x, command.linear.y);
         let turn = command.angular.z.abs();
         if speed == 0.0 && turn == 0.0 {
             return 1.0;

@@ -65,8 +65,8 @@ impl Estimate {
     /// Returns the pose of a base that sees something whose pose is known, with these errors of its odometry.
     pub(super) fn from(place: &Pose2D, seen: &Seen, errors: &Errors) -> Self {
         let [range, bearing, facing] = seen.deviations;
-        let across = seen.pose.x.hypot(seen.pose.y) * facing.hypot(bearing);
-        let position = across.hypot(range);
+        let across = libm::hypot(seen.pose.x, seen.pose.y) * libm::hypot(facing, bearing);
+        let position = libm::hypot(across, range);
         let mut covariance = [[0.0; STATES]; STATES];
         for (index, deviation) in [position, position, facing].into_iter().enumerate() {
             covariance[index][index] = deviation * deviation;
@@ -93,7 +93,7 @@ impl Estimate {
 
     /// Moves the base by a step of the odometry in its own frame, whose way and turn have standard deviations.
     pub(super) fn advance(&mut self, step: &Pose2D, [way, turn]: [f64; 2]) {
-        let (sin, cos) = self.pose.theta.sin_cos();
+        let (sin, cos) = libm::sincos(self.pose.theta);
         let (dx, dy) = (cos * step.x - sin * step.y, sin * step.x + cos * step.y);
         let moves: [[f64; STATES]; STATES] = [
             [1.0, 0.0, -dy, dx, 0.0],
@@ -103,7 +103,7 @@ impl Estimate {
             [0.0, 0.0, 0.0, 0.0, 1.0],
         ];
         let moved = moves.map(|row| self.times(&row));
-        let length = step.x.hypot(step.y);
+        let length = libm::hypot(step.x, step.y);
         let [scale, drift] = [0, 1].map(|error| (CHANGES[error] * self.prior[error]).powi(2) * length);
         let noise = [way * way, way * way, turn * turn, scale, drift];
         for row in 0..STATES {
@@ -134,9 +134,9 @@ impl Estimate {
         let range = square.sqrt();
         // In the frame of the world, from the base to the thing.
         let (dx, dy) = (place.x - self.pose.x, place.y - self.pose.y);
-        let bearing = |pose: &Pose2D| pose.y.atan2(pose.x);
+        let bearing = |pose: &Pose2D| libm::atan2(pose.y, pose.x);
         let differences = [
-            seen.pose.x.hypot(seen.pose.y) - range,
+            libm::hypot(seen.pose.x, seen.pose.y) - range,
             normalize_angle(bearing(&seen.pose) - bearing(&expected)),
             normalize_angle(seen.pose.theta - expected.theta),
         ];

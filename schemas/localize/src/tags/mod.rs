@@ -221,7 +221,7 @@ impl Tags {
             return;
         }
         let step = from.localize(to);
-        let way = step.x.hypot(step.y);
+        let way = libm::hypot(step.x, step.y);
         let turn = (self.rotation_noise_from_rotation.get(cx).powi(2) * step.theta.abs()
             + self.rotation_noise_from_translation.get(cx).powi(2) * way)
             .sqrt();
