@@ -51,9 +51,9 @@ def test_an_application_with_a_schema_in_python_has_tests(tmp_path: Path) -> Non
     (robot.folder / "tests/fails.toml").write_text(
         'name = "it stands"\napplication = "../app.toml"\nfor = "5s"\n[must."it stands"]\nnever = "follow-wall.won"\n'
     )
-    done = pytest_in(robot.folder)
-    assert done.returncode == 1 and "1 failed" in done.stdout and "it drives" not in done.stdout, done.stdout
-    assert "it stands" in done.stdout and "see it: jde experiment" in done.stdout, done.stdout
+    tested = pytest_in(robot.folder)
+    assert tested.returncode == 1 and "1 failed" in tested.stdout and "it drives" not in tested.stdout, tested.stdout
+    assert "it stands" in tested.stdout and "see it: jde experiment" in tested.stdout, tested.stdout
 
 
 def test_a_name_that_hides_the_package_is_refused(tmp_path: Path) -> None:

@@ -110,7 +110,9 @@ class Env(gymnasium.Env[Array, Any]):
             )
         space = self.action_space
         if isinstance(space, gymnasium.spaces.Discrete) and not space.contains(np.asarray(action)[()]):
-            raise ValueError(f"`{self._schema}` chooses one of {space.n} commands, 0 to {space.n - 1}, and not {action}")
+            raise ValueError(
+                f"`{self._schema}` chooses one of {space.n} commands, 0 to {space.n - 1}, and not {action}"
+            )
         self.action = action
         self._steps += 1
         goes_on = self._policy.act(np.ravel(action).tolist(), self._end_of_step())
