@@ -4,6 +4,7 @@
 // notices it by itself.
 const BEAT_MS = 80;
 const STOOD_STILL_MS = 350;
+const OLD_MS = 700;
 const DEAD_ZONE = 0.06;
 const KEYS = {
   ArrowUp: [0, 1], KeyW: [0, 1], ArrowDown: [0, -1], KeyS: [0, -1],
@@ -13,8 +14,10 @@ const byId = (id) => document.getElementById(id);
 const axis = (push) => (Math.abs(push) < DEAD_ZONE ? 0 : Math.max(-1, Math.min(1, push)));
 
 export class Pad {
-  /** The newest tick of the server: how old the picture is. */
-  tick = 0;
+  /** The newest tick of the server, and when it came: how old the picture is. */
+  #tick = 0;
+  #tickAt = -Infinity;
+  #since = 0;
   #place; #knob; #order; #say;
   #isOn = false;
   #pointer = null;
@@ -60,16 +63,24 @@ export class Pad {
     if (!robots.length) this.#toggle(false);
   }
 
+  setTick(tick) {
+    [this.#tick, this.#tickAt] = [tick, performance.now()];
+  }
+
   /** Shows who else drives. */
   setDrivers(driving, by) {
     const schema = byId("drive-schema").value;
     const other = driving.find((one) => one.schema === schema && !one.by.startsWith(`${by} (`));
-    if (other && !this.#push) this.#say(`${other.by} drives now.`);
+    if (this.#push) return;
+    if (other) this.#say(`${other.by} drives now.`);
+    else if (byId("drive-text").textContent.endsWith("drives now.")) this.#say("Hold the pad to drive.");
   }
 
   answer({ held, text }) {
+    if (!this.#push) return;
     if (held) this.#say("Driving. Let go to stop.");
-    else if (this.#push && text && text !== "released") this.#say(text);
+    // The answer to letting go may come when the pad is held again.
+    else if (text !== "released" || performance.now() - this.#since > 1000) this.release(text || "released");
   }
 
   release(why) {
@@ -129,10 +140,17 @@ export class Pad {
   }
 
   #key(event, isDown) {
-    if (!(event.code in KEYS) || event.ctrlKey || event.altKey || event.metaKey || !this.#isOn) return;
+    // Some systems say no longer which keys are let go while a modifier is held.
+    if (event.ctrlKey || event.altKey || event.metaKey) {
+      if (this.#keys.size) this.release("released");
+      return;
+    }
+    if (!(event.code in KEYS) || !this.#isOn) return;
     event.preventDefault();
-    if (isDown) this.#keys.add(event.code);
-    else this.#keys.delete(event.code);
+    if (!isDown) this.#keys.delete(event.code);
+    // A key that was held when the pad was released holds nothing again by its repetitions.
+    else if (event.repeat && !this.#keys.has(event.code)) return;
+    else this.#keys.add(event.code);
     if (this.#pointer !== null) return;
     if (!this.#keys.size) return this.release("released");
     const pushes = [...this.#keys].map((code) => KEYS[code]);
@@ -156,7 +174,7 @@ export class Pad {
     this.#place.dataset.held = "";
     if (isNew) {
       this.#say("Asking for the robot.");
-      this.#last = performance.now();
+      this.#last = this.#since = performance.now();
       clearInterval(this.#beat);
       this.#beat = setInterval(() => this.#repeat(), BEAT_MS);
       this.#send();
@@ -169,6 +187,7 @@ export class Pad {
     this.#last = now;
     const isShown = this.#place.isConnected && this.#place.getClientRects().length > 0;
     if (stood > STOOD_STILL_MS) this.release("released: the page stood still");
+    else if (now - this.#tickAt > OLD_MS) this.release("released: nothing came from the robot");
     else if (!isShown || document.hidden || !document.hasFocus()) this.release("released: the pad is not in use");
     else this.#send();
   }
@@ -176,7 +195,7 @@ export class Pad {
   #send() {
     const sent = this.#order({
       do: "drive", schema: byId("drive-schema").value, ahead: this.#push[1], left: -this.#push[0],
-      speed: Number(byId("speed").value), tick: this.tick,
+      speed: Number(byId("speed").value), tick: this.#tick,
     });
     if (!sent) this.release("released: no connection to the robot");
   }

@@ -5,16 +5,22 @@ import { Pad } from "/pad.js";
 
 const ALIVE_MS = 3000;
 const SILENT_MS = 1500;
+const DEAD_MS = 4000;
 const ANSWER_MS = 1000;
 const byId = (id) => document.getElementById(id);
 
 let socket = null;
 let right = null;
 let lastState = 0;
+let lastMessage = 0;
+/** Why the robot sent this page away, until the next connection. */
+let refusal = "";
+/** Whether the robot has shown the stop that this page ordered last. */
+let isStopSeen = false;
 let retry = 0;
 let nextId = 1;
 const waiting = new Map();
-/** The stop that has no answer yet: {id, since, isSent}. It is sent again on each new socket. */
+/** The stop that is not acknowledged yet: {id, since, isSent, failure, askAt}. It is asked again until it is. */
 let stop = null;
 
 // Taken from the address at once, so that no history, no picture of the screen and no other page has it. It stays in this
@@ -34,7 +40,7 @@ let token = takeToken();
 // Another address opened in the same tab changes only what is behind the `#`.
 addEventListener("hashchange", () => {
   token = takeToken();
-  socket?.close();
+  leave();
   connect();
 });
 
@@ -60,6 +66,14 @@ function setConnection(kind, text) {
   if (place.textContent !== text) place.textContent = text;
 }
 
+/** Leaves the socket without waiting for its end, which a network that is gone never tells. */
+function leave() {
+  const old = socket;
+  socket = null;
+  old?.close();
+  forget();
+}
+
 function connect() {
   if (!token) {
     setConnection("none", "Not connected");
@@ -68,26 +82,35 @@ function connect() {
   }
   const own = new WebSocket(`${location.origin.replace(/^http/, "ws")}/socket`);
   socket = own;
-  setConnection("none", "Connecting");
+  lastMessage = performance.now();
+  const isFirst = !lastState;
+  setConnection(isFirst ? "none" : "lost", isFirst ? "Connecting" : "Connecting. What you see is old.");
   own.onopen = () => own.send(JSON.stringify({ do: "enter", token, name: memory?.getItem("jde-name") || "" }));
   own.onmessage = (event) => { if (own === socket) take(JSON.parse(event.data)); };
   own.onclose = () => { if (own === socket) lost(); };
 }
 
-function lost() {
-  socket = null;
+/** Forgets what belonged to the socket. */
+function forget() {
   right = null;
   pad.release("released: the connection is lost");
   for (const show of waiting.values()) show(false, "the connection is lost: what became of this is not known");
   waiting.clear();
-  if (!token) return connect();
-  setConnection("lost", "No connection. What you see is old.");
   if (stop) stop.isSent = false;
+}
+
+function lost() {
+  leave();
+  if (!token) return connect();
+  setConnection("lost", refusal || "No connection. What you see is old.");
+  refusal = "";
   retry = Math.min(4000, retry ? retry * 1.7 : 400);
-  setTimeout(() => { if (!socket) connect(); }, retry);
+  // A hidden page enters again when it is seen, unless a stop waits.
+  setTimeout(() => { if (!socket && (stop || !document.hidden)) connect(); }, retry);
 }
 
 function take(message) {
+  lastMessage = performance.now();
   switch (message.t) {
     case "welcome":
       right = message.right;
@@ -105,10 +128,15 @@ function take(message) {
     case "state":
       lastState = performance.now();
       view.state(message);
+      if (message.stopped) isStopSeen = true;
+      else if (isStopSeen && !stop) {
+        isStopSeen = false;
+        if (byId("stop-text").textContent.startsWith("Stopped at")) sayStop("", "plain");
+      }
       pad.setDrivers(message.driving, view.by);
       break;
     case "tick":
-      pad.tick = message.n;
+      pad.setTick(message.n);
       break;
     case "log":
       view.log(message);
@@ -125,7 +153,9 @@ function take(message) {
       pad.answer(message);
       break;
     case "refused":
-      if (right === null) {
+      if (right === null && !message.is_token) {
+        refusal = message.text;
+      } else if (right === null) {
         token = "";
         memory?.removeItem("jde-token");
         byId("enter-text").textContent = message.text;
@@ -149,15 +179,20 @@ function sendStop() {
 
 function pressStop() {
   pad.release("released: everything is stopped");
-  if (!stop) stop = { id: nextId++, since: performance.now(), isSent: false };
-  sendStop();
+  isStopSeen = false;
+  if (!stop) stop = { id: nextId++, since: performance.now(), isSent: false, failure: "", askAt: 0 };
+  // Pressing again while the robot answers asks for nothing new.
+  if (!stop.isSent) sendStop();
+  if (!socket) connect();
   showStop();
 }
 
 function showStop() {
   if (!stop) return;
+  if (!stop.isSent && right !== null && performance.now() >= stop.askAt) sendStop();
   const waited = (performance.now() - stop.since) / 1000;
-  if (stop.isSent && waited * 1000 < ANSWER_MS) sayStop("Stopping", "plain");
+  if (stop.failure) sayStop(`NOT stopped: ${stop.failure}. It is asked again. Use the switch of the robot.`, "bad");
+  else if (stop.isSent && waited * 1000 < ANSWER_MS) sayStop("Stopping", "plain");
   else if (stop.isSent) sayStop(`Stopping: no answer for ${waited.toFixed(0)} s. Use the switch of the robot.`, "bad");
   else sayStop(`NOT stopped: no connection for ${waited.toFixed(0)} s. It is sent as soon as there is one. Use the switch of the robot.`, "bad");
 }
@@ -167,8 +202,8 @@ function stopAnswered({ ok, text }) {
     sayStop(`Stopped at ${new Date().toLocaleTimeString()}`, "plain");
     stop = null;
   } else {
-    sayStop(`NOT stopped: ${text}. Press again, or use the switch of the robot.`, "bad");
-    stop = null;
+    [stop.failure, stop.isSent, stop.askAt] = [text, false, performance.now() + 1000];
+    showStop();
   }
 }
 
@@ -182,24 +217,21 @@ stopButton.addEventListener("pointerdown", (event) => {
 // The click that follows a touch orders nothing more.
 stopButton.addEventListener("click", () => { if (performance.now() - touched > 1000) pressStop(); });
 addEventListener("keydown", (event) => {
-  if (event.code === "Space" && event.ctrlKey && !event.repeat && right === "operate") {
+  if (event.code === "Space" && event.ctrlKey && !event.repeat && right !== "read") {
     event.preventDefault();
     pressStop();
   }
 }, { capture: true });
 
-// Where a person has zoomed in, the bar follows to the part of the page that is on the screen.
+// Where a person has zoomed in, or a keyboard covers the page, the bar follows to the part that is on the screen.
 function followZoom() {
   const seen = window.visualViewport;
   const bar = byId("stop-bar");
-  if (!seen || seen.scale < 1.02) {
-    bar.style.transform = "";
-    return;
-  }
-  const right = seen.offsetLeft + seen.width - innerWidth;
   const isColumn = matchMedia("(orientation: landscape) and (max-height: 520px)").matches;
-  const left = isColumn ? right : seen.offsetLeft;
-  bar.style.transform = `translate(${left}px, ${seen.offsetTop + seen.height - innerHeight}px) scale(${1 / seen.scale})`;
+  const left = seen ? seen.offsetLeft + (isColumn ? seen.width - innerWidth : 0) : 0;
+  const up = seen ? seen.offsetTop + seen.height - innerHeight : 0;
+  const isWhole = !seen || (Math.abs(seen.scale - 1) < 0.02 && Math.abs(left) < 2 && Math.abs(up) < 2);
+  bar.style.transform = isWhole ? "" : `translate(${left}px, ${up}px) scale(${1 / seen.scale})`;
 }
 window.visualViewport?.addEventListener("resize", followZoom);
 window.visualViewport?.addEventListener("scroll", followZoom);
@@ -215,7 +247,8 @@ byId("enter-form").addEventListener("submit", (event) => {
 // The name belongs to the socket, so a new one takes it.
 byId("me").addEventListener("change", (event) => {
   memory?.setItem("jde-name", event.target.value.trim());
-  socket?.close();
+  leave();
+  connect();
 });
 
 const goOn = (asks) => {
@@ -232,6 +265,7 @@ byId("go-on-yes").addEventListener("click", () => {
 
 setInterval(() => {
   showStop();
+  if (socket && performance.now() - lastMessage > DEAD_MS) return lost();
   if (document.body.dataset.connection !== "open" && document.body.dataset.connection !== "silent") return;
   const age = performance.now() - lastState;
   if (age > SILENT_MS) setConnection("silent", `Nothing new for ${(age / 1000).toFixed(0)} s`);
@@ -240,8 +274,12 @@ setInterval(() => {
 }, 250);
 setInterval(() => { if (!document.hidden) send({ do: "alive" }); }, ALIVE_MS);
 document.addEventListener("visibilitychange", () => {
-  if (!document.hidden) send({ do: "alive" });
+  if (document.hidden) return;
+  if (socket) send({ do: "alive" });
+  else connect();
 });
 addEventListener("pageshow", (event) => { if (event.persisted && !socket) connect(); });
 
+stopButton.disabled = false;
+sayStop("", "plain");
 connect();

@@ -21,6 +21,7 @@ export class View {
   #rows = new Map();
   #names = "";
   #acting = "";
+  #stoppedBy = "";
 
   constructor(controls) {
     this.#controls = controls;
@@ -58,6 +59,13 @@ export class View {
   }
 
   #stopped(stopped) {
+    const by = stopped?.by ?? "";
+    if (by !== this.#stoppedBy) {
+      // The question whether it may go on was asked of another stop.
+      this.#stoppedBy = by;
+      byId("go-on").hidden = false;
+      byId("go-on-yes").hidden = byId("go-on-no").hidden = true;
+    }
     byId("stopped").hidden = !stopped;
     if (!stopped) return;
     const others = stopped.others.length ? ` ${stopped.others.join(", ")} goes on.` : "";
@@ -127,6 +135,7 @@ export class View {
     this.#rows.set(name, {
       item, button, detail,
       update: (row) => {
+        item.dataset.stopped = String(row.stopped);
         setText(state, row.state);
         state.dataset.state = row.state;
         setText(held, row.held ?? "");
@@ -166,7 +175,17 @@ export class View {
         button.type = "button";
         button.dataset.do = what;
         button.setAttribute("aria-label", `${label} ${name}`);
-        button.addEventListener("click", () => {
+        button.addEventListener("click", (event) => {
+          // What lets a stopped schema move is asked once, and a double click does not answer.
+          const isStopped = place.closest("li")?.dataset.stopped === "true";
+          if (what !== "stop" && isStopped && !button.dataset.asked) {
+            button.dataset.asked = "1";
+            setText(button, `${label}: the robot may move at once`);
+            return;
+          }
+          if (button.dataset.asked && event.detail > 1) return;
+          delete button.dataset.asked;
+          setText(button, label);
           setText(answer, "...");
           this.#controls.act({ do: what, schema: name }, (ok, text) => {
             setText(answer, ok ? text : `Refused: ${text}`);

@@ -5,7 +5,7 @@
 //! whatever else still answers there: a browser answers pings for a page that is frozen.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use jde_link::message::Action;
 use serde_json::json;
@@ -29,17 +29,24 @@ pub(crate) const MAX_AGE: Duration = Duration::from_millis(700);
 pub(crate) async fn run(
     page: Arc<Page>,
     (socket, by): (u64, String),
-    mut wanted: watch::Receiver<Option<DriveOrder>>,
+    mut wanted: watch::Receiver<Option<(DriveOrder, Instant)>>,
     answers: mpsc::Sender<String>,
 ) {
     let mut held: Option<String> = None;
+    // Whether the page has been told that it drives, since it was told otherwise.
+    let mut is_told = false;
     loop {
         let changed = match held {
             Some(_) => timeout(PATIENCE, wanted.changed()).await,
             None => Ok(wanted.changed().await),
         };
         let order = match changed {
-            Ok(Ok(())) => wanted.borrow_and_update().clone(),
+            // An order that waited for the one before is as old as a silence, and one of a page that is gone is none.
+            Ok(Ok(())) => {
+                let newest = wanted.borrow_and_update().clone();
+                let newest = newest.filter(|(_, at)| at.elapsed() < PATIENCE && !answers.is_closed());
+                newest.map(|(order, _)| order)
+            }
             Ok(Err(_)) => {
                 if let Some(schema) = held {
                     let_go(&page, socket, &by, schema).await;
@@ -51,16 +58,22 @@ pub(crate) async fn run(
         if let Some(schema) = held.take_if(|held| order.as_ref().is_none_or(|order| order.schema != *held)) {
             let_go(&page, socket, &by, schema).await;
             report(&answers, false, "released");
+            is_told = false;
         }
         let Some(order) = order else { continue };
         let outcome = hold(&page, socket, &by, &order).await;
         match outcome {
             Ok(()) => {
-                if held.replace(order.schema).is_none() {
+                held = Some(order.schema);
+                if !is_told {
                     report(&answers, true, "");
                 }
+                is_told = true;
             }
-            Err(reason) => report(&answers, false, &reason),
+            Err(reason) => {
+                report(&answers, false, &reason);
+                is_told = false;
+            }
         }
     }
 }

@@ -30,7 +30,9 @@ use crate::{Error, http, socket, tls};
 const INTERVAL: Duration = Duration::from_millis(200);
 /// Pages at once: a class, twice.
 pub(crate) const MAX_PAGES: usize = 64;
-/// Connections that have not shown a token. Each has 5 s for it.
+/// Pages that only look among them: the others are kept for those who may stop the robot.
+const MAX_ONLOOKERS: usize = 48;
+/// Connections that have not shown a token. Each step up to it has 5 s.
 const MAX_NEWCOMERS: usize = 64;
 /// How long a greeting of TLS may take.
 const GREETING: Duration = Duration::from_secs(5);
@@ -59,6 +61,7 @@ pub(crate) struct Page {
     /// Those who drive by hand, by teleoperator, each with the number of the socket.
     pub(crate) drivers: Mutex<HashMap<String, (u64, DrivingView)>>,
     pub(crate) seats: Arc<Semaphore>,
+    pub(crate) onlookers: Arc<Semaphore>,
     newcomers: Arc<Semaphore>,
     sockets: AtomicU64,
     started: Instant,
@@ -109,7 +112,7 @@ pub fn serve(
         .enable_all()
         .max_blocking_threads(MAX_WAITING_THREADS)
         .build()?;
-    runtime.block_on(async {
+    let served = runtime.block_on(async {
         let listener = listen(settings).await?;
         let address = listener.local_addr()?;
         let places = Places::new(acceptor.is_some(), address.port(), &settings.hosts);
@@ -120,7 +123,7 @@ pub fn serve(
             read: link(Right::Read).unwrap_or_default(),
         };
         opened(&addresses);
-        let (newest, state) = watch::channel(state::message(&model, Vec::new()));
+        let (newest, state) = watch::channel(state::message(&model, Vec::new(), false));
         let page = Arc::new(Page {
             model,
             tokens,
@@ -129,6 +132,7 @@ pub fn serve(
             state,
             drivers: Mutex::default(),
             seats: Arc::new(Semaphore::new(MAX_PAGES)),
+            onlookers: Arc::new(Semaphore::new(MAX_ONLOOKERS)),
             newcomers: Arc::new(Semaphore::new(MAX_NEWCOMERS)),
             sockets: AtomicU64::new(1),
             started: Instant::now(),
@@ -139,13 +143,25 @@ pub fn serve(
             _ = was_gone => {}
             () = ended => {}
         }
-        let _ = newest.send(state::message(&page.model, Vec::new()));
+        let _ = timeout(FAREWELL, known_end(&page.model)).await;
+        let _ = newest.send(state::message(&page.model, Vec::new(), true));
         drop((newest, listener));
         // Each page takes the last state and leaves.
         let all = u32::try_from(MAX_PAGES).unwrap_or(u32::MAX);
         let _ = timeout(FAREWELL, page.seats.acquire_many(all)).await;
         Ok(())
-    })
+    });
+    // An order that still waits for the application keeps the page's process no longer.
+    runtime.shutdown_timeout(FAREWELL);
+    served
+}
+
+/// Waits until the record of the application's end has arrived.
+async fn known_end(model: &Model) {
+    let mut ticks = interval(INTERVAL);
+    while model.present().timeline.ending().is_none() {
+        ticks.tick().await;
+    }
 }
 
 async fn listen(settings: &Settings) -> Result<TcpListener, Error> {
@@ -252,7 +268,7 @@ async fn refresh(page: &Arc<Page>, newest: &watch::Sender<String>) {
                 .values()
                 .map(|(_, view)| view.clone())
                 .collect();
-            newest.send_replace(state::message(&page.model, driving));
+            newest.send_replace(state::message(&page.model, driving, false));
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use std::net::IpAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use futures_util::stream::{SplitSink, SplitStream};
@@ -39,8 +40,12 @@ const SILENCE: Duration = Duration::from_secs(15);
 const UNREAD: Duration = Duration::from_secs(10);
 /// How often a page gets something, if there is something.
 const BEAT: Duration = Duration::from_millis(100);
+/// The most that waits in memory for a browser that does not read, bytes. Its own pings are answered there.
+const MAX_UNREAD: usize = 1 << 20;
 /// Messages of a page per second, and at once after a pause. One that drives sends 14.
 const MESSAGES: (f64, f64) = (50.0, 100.0);
+/// Stops beside them, which no other messages keep out.
+const STOPS: (f64, f64) = (5.0, 10.0);
 /// Messages above that, or without a sense, after which a page is sent away.
 const MAX_NONSENSE: u32 = 100;
 /// Answers that wait for a page.
@@ -59,8 +64,10 @@ struct Visit {
     right: Right,
     by: String,
     answers: mpsc::Sender<String>,
-    drive: watch::Sender<Option<DriveOrder>>,
+    drive: watch::Sender<Option<(DriveOrder, Instant)>>,
     values: Arc<Mutex<Option<Values>>>,
+    /// The number of the newest request for values.
+    watched: Arc<AtomicU64>,
     orders: Arc<Semaphore>,
     stops: Arc<Semaphore>,
 }
@@ -73,28 +80,36 @@ where
     let limits = WebSocketConfig::default()
         .max_message_size(Some(MAX_MESSAGE))
         .max_frame_size(Some(MAX_MESSAGE))
-        .write_buffer_size(0);
+        .write_buffer_size(0)
+        .max_write_buffer_size(MAX_UNREAD);
     let socket = WebSocketStream::from_raw_socket(stream, Role::Server, Some(limits)).await;
     let (mut sink, mut source) = socket.split();
-    let Some((right, by)) = enter(&page, &mut source, from).await else {
-        sleep(WRONG_TOKEN).await;
-        let text = "This address is not valid any more: the robot makes a new one at each start.";
-        send_off(&mut sink, text).await;
+    // What arrives late is no token, and its page tries again.
+    let Ok(Some(Ok(first))) = timeout(ENTRY, source.next()).await else {
         return;
     };
-    let Ok(_seat) = Arc::clone(&page.seats).try_acquire_owned() else {
-        send_off(
-            &mut sink,
-            &format!("{MAX_PAGES} pages are open, and no more are served."),
-        )
-        .await;
+    let Some((right, by)) = enter(&page, &first, from) else {
+        sleep(WRONG_TOKEN).await;
+        let text = "This address is not valid any more: the robot makes a new one at each start.";
+        send_off(&mut sink, text, true).await;
+        return;
+    };
+    let onlooker = match right {
+        Right::Operate => Ok(None),
+        Right::Read => Arc::clone(&page.onlookers).try_acquire_owned().map(Some),
+    };
+    let seat = Arc::clone(&page.seats).try_acquire_owned();
+    let (Ok(_onlooker), Ok(_seat)) = (onlooker, seat) else {
+        let text = format!("{MAX_PAGES} pages are open, and no more are served.");
+        send_off(&mut sink, &text, false).await;
         return;
     };
     drop(newcomer);
     let number = page.next_socket();
     let (answers, waiting) = mpsc::channel(MAX_ANSWERS);
     let (drive, wanted) = watch::channel(None);
-    let driver = (number, format!("{by} (page {number})"));
+    // No other page has this name, also of another process that serves the same application.
+    let driver = (number, format!("{by} (page {}-{number})", std::process::id()));
     tokio::spawn(drive::run(Arc::clone(&page), driver, wanted, answers.clone()));
     let welcome = welcome(&page, right, &by);
     let visit = Visit {
@@ -103,6 +118,7 @@ where
         answers,
         drive,
         values: Arc::default(),
+        watched: Arc::default(),
         orders: Arc::new(Semaphore::new(MAX_ORDERS)),
         stops: Arc::new(Semaphore::new(MAX_ORDERS)),
         page,
@@ -116,12 +132,8 @@ where
     let _ = timeout(BEAT, sink.close()).await;
 }
 
-/// Waits for the token. Returns the right that it gives, and the name of the person.
-async fn enter<S>(page: &Page, source: &mut Source<S>, from: IpAddr) -> Option<(Right, String)>
-where
-    S: AsyncRead + AsyncWrite + Unpin,
-{
-    let first = timeout(ENTRY, source.next()).await.ok()??.ok()?;
+/// Reads the token. Returns the right that it gives, and the name of the person.
+fn enter(page: &Page, first: &Message, from: IpAddr) -> Option<(Right, String)> {
     let Ok(Order::Enter { token, name }) = Order::read(first.to_text().ok()?) else {
         return None;
     };
@@ -129,11 +141,12 @@ where
     Some((right, order::operator(&name, &from.to_canonical().to_string())))
 }
 
-async fn send_off<S>(sink: &mut Sink<S>, text: &str)
+/// Says why a page is not served. Only a wrong token is of no further use to it.
+async fn send_off<S>(sink: &mut Sink<S>, text: &str, is_token: bool)
 where
     S: AsyncRead + AsyncWrite + Unpin,
 {
-    let message = json!({ "t": "refused", "text": text }).to_string();
+    let message = json!({ "t": "refused", "text": text, "is_token": is_token }).to_string();
     // It may be gone already.
     let _ = timeout(ENTRY, async {
         sink.send(Message::text(message)).await?;
@@ -168,6 +181,7 @@ where
     S: AsyncRead + AsyncWrite + Unpin,
 {
     let mut limit = TokenBucket::with_burst(MESSAGES.0, MESSAGES.1, Instant::now());
+    let mut stops = TokenBucket::with_burst(STOPS.0, STOPS.1, Instant::now());
     let mut nonsense = 0;
     let mut silent_at = tokio::time::Instant::now() + SILENCE;
     while nonsense < MAX_NONSENSE {
@@ -175,11 +189,15 @@ where
             return;
         };
         // What the browser sends by itself, such as the answer to a ping, is no sign of the page.
-        let Message::Text(text) = message else { continue };
+        let Message::Text(text) = message else {
+            nonsense += u32::from(!limit.try_take(Instant::now()));
+            continue;
+        };
         silent_at = tokio::time::Instant::now() + SILENCE;
         let order = Order::read(&text);
-        let is_stop = matches!(order, Ok(Order::StopAll { .. }));
-        if !is_stop && !limit.try_take(Instant::now()) {
+        let is_stop = visit.right == Right::Operate && matches!(order, Ok(Order::StopAll { .. }));
+        let limit = if is_stop { &mut stops } else { &mut limit };
+        if !limit.try_take(Instant::now()) {
             nonsense += 1;
             continue;
         }
@@ -199,6 +217,8 @@ where
     S: AsyncRead + AsyncWrite + Unpin,
 {
     let mut state = visit.page.state.clone();
+    // The present one may be that of the last visitor. The next is made soon, as somebody looks now.
+    state.mark_unchanged();
     let mut ticks = interval(BEAT);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let (mut line, mut is_ending, mut first) = (0, false, Some(welcome));
@@ -208,8 +228,7 @@ where
             answer = answers.recv() => messages.extend(answer),
             changed = state.changed() => {
                 is_ending = changed.is_err();
-                let tick = visit.page.tick();
-                messages.push(json!({ "t": "tick", "n": tick }).to_string());
+                messages.extend(visit.tick());
                 messages.push(state.borrow_and_update().clone());
                 let lines = visit.page.model.present().log.after(line, MAX_LINES);
                 if let Some(last) = lines.last() {
@@ -220,7 +239,7 @@ where
             }
             _ = ticks.tick() => {
                 if visit.drive.borrow().is_some() {
-                    messages.push(json!({ "t": "tick", "n": visit.page.tick() }).to_string());
+                    messages.extend(visit.tick());
                 }
                 if let Some(values) = &*visit.values.lock() {
                     let changed = values.take_changed();
@@ -257,7 +276,7 @@ impl Visit {
                 if self.right != Right::Operate {
                     self.say(&json!({ "t": "drive", "held": false, "text": LOOKS_ONLY }));
                 } else if self.is_fresh(order.tick) {
-                    self.want(Some(order));
+                    self.want(Some((order, Instant::now())));
                 } else {
                     self.want(None);
                     let text = "released: the connection is too slow to drive by";
@@ -273,7 +292,14 @@ impl Visit {
         age.is_some_and(|age| u128::from(age) <= drive::MAX_AGE.as_millis())
     }
 
-    fn want(&self, order: Option<DriveOrder>) {
+    /// Returns the message of the present tick, unless the application itself has been silent: what the page shows is old
+    /// then, however quick its connection is.
+    fn tick(&self) -> Option<String> {
+        let is_new = self.page.model.present().updated.elapsed() <= drive::MAX_AGE;
+        is_new.then(|| json!({ "t": "tick", "n": self.page.tick() }).to_string())
+    }
+
+    fn want(&self, order: Option<(DriveOrder, Instant)>) {
         self.drive.send_if_modified(|wanted| {
             let is_new = wanted.is_some() || order.is_some();
             *wanted = order;
@@ -305,6 +331,8 @@ impl Visit {
     }
 
     fn watch(&self, schema: Option<String>) {
+        let number = self.watched.fetch_add(1, Ordering::Relaxed) + 1;
+        let newest = Arc::clone(&self.watched);
         let Some(schema) = schema else {
             let before = self.values.lock().take();
             // To end subscriptions waits for the link.
@@ -322,8 +350,16 @@ impl Visit {
         tokio::task::spawn_blocking(move || {
             let _permit = permit;
             match Values::open(&page.model, &schema) {
+                // Of two that are opened at once, the one that was asked for last stays.
                 Ok(values) => {
-                    let before = slot.lock().replace(values);
+                    let mut slot = slot.lock();
+                    let is_newest = newest.load(Ordering::Relaxed) == number;
+                    let before = if is_newest {
+                        slot.replace(values)
+                    } else {
+                        Some(values)
+                    };
+                    drop(slot);
                     drop(before);
                 }
                 Err(text) => {

@@ -93,9 +93,10 @@ pub(crate) struct DrivingView {
     pub(crate) by: String,
 }
 
-/// Returns the state of an application as a message to its pages.
-pub(crate) fn message(model: &Model, driving: Vec<DrivingView>) -> String {
-    let gone = !model.remote.is_alive();
+/// Returns the state of an application as a message to its pages. If it is the last one, an application that is gone
+/// without a known end is lost: before, the record of its end may still be under way.
+pub(crate) fn message(model: &Model, driving: Vec<DrivingView>, is_last: bool) -> String {
+    let gone = is_last && !model.remote.is_alive();
     let present = model.present();
     let Present {
         timeline, snapshot, ..

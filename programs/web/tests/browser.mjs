@@ -109,6 +109,13 @@ for (const colorScheme of ["light", "dark"]) {
   await until(page, "teleop", true);
   await page.keyboard.up("ArrowUp");
   await until(page, "teleop", false);
+  // With a modifier, some systems say no longer that a key is let go.
+  await page.keyboard.down("ArrowUp");
+  await until(page, "teleop", true);
+  await page.keyboard.down("Meta");
+  await until(other.page, "teleop", false);
+  await page.keyboard.up("Meta");
+  await page.keyboard.up("ArrowUp");
   // A page that vanishes.
   await press();
   await context.close();

@@ -65,6 +65,8 @@ impl RunPage {
                 .map_err(failure)?;
         }
         let Ok(addresses) = serde_json::from_str::<Addresses>(&line) else {
+            // Its end is what `reason` waits for.
+            drop(alive);
             return Err(Failure::broken(reason(page)));
         };
         let right = if addresses.operate.is_some() {
