@@ -1,11 +1,7 @@
-//! Fathers that need no code: they wake the children that the application names, all at once or one after another. The
-//! application defines the groups, policies and fallbacks. They arbitrate nothing and command nothing.
-
-mod steps;
+//! A father that needs no code: it wakes the children that the application names. The application defines the
+//! groups, policies and fallbacks. The schema arbitrates nothing and commands nothing.
 
 use jde_schema::prelude::*;
-
-pub use steps::Steps;
 
 /// Keeps all its children awake, whatever their number and names.
 ///
@@ -26,7 +22,7 @@ impl Schema for All {
     }
 }
 
-jde_schema::export!("father", "Fathers that need no code.", [All, Steps]);
+jde_schema::export!("father", "Fathers that need no code.", [All]);
 
 #[cfg(test)]
 mod tests;

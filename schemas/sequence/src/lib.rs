@@ -6,9 +6,9 @@ use jde_schema::prelude::*;
 /// Lets its children act one after another, in the order in which the application names them.
 ///
 /// Only the present one is awake. It is done when it has acted and has not been READY since for `settle`. A try fails when
-/// `timeout` is over, or without a timeout when the child is Faulted. After the last try the mission has failed, and after the
-/// last child it is done. Then the schema is not READY, so that a sibling acts. A try that is interrupted, because a sibling
-/// of this schema acts, begins again.
+/// `timeout` is over, or without a timeout when the child becomes Faulted; the next try then waits until it no longer is. After
+/// the last try the mission has failed, and after the last child it is done. Then the schema is not READY, so that a sibling
+/// acts. A try that is interrupted, because a sibling of this schema acts, begins again.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "5ms")]
 pub struct Steps {
@@ -45,14 +45,13 @@ struct Attempt {
     acted: bool,
     /// Since when the child has not been READY, after it has acted.
     idle: Option<Duration>,
+    /// Whether the child was Faulted in the last turn: each fault ends one try.
+    was_faulted: bool,
 }
 
 impl Schema for Steps {
     fn awake(&mut self, _: &Context) -> Result {
-        self.attempt = Attempt {
-            before: self.attempt.before,
-            ..Attempt::default()
-        };
+        self.attempt = self.attempt.again();
         Ok(())
     }
 
@@ -64,6 +63,11 @@ impl Schema for Steps {
         let children: Vec<_> = self.steps.iter(cx).collect();
         if children.is_empty() {
             self.state = Mission::DONE;
+        }
+        // While a sibling acts, the children sleep, but this schema stays awake (R5).
+        let present = children.get(self.present).and_then(|child| child.status(cx));
+        if present.is_some_and(|status| status.state == State::Slept && !status.faulted) {
+            self.attempt = self.attempt.again();
         }
         for (place, child) in children.iter().enumerate() {
             if place == self.present {
@@ -93,7 +97,7 @@ impl Schema for Steps {
                     child.sleep(cx);
                     self.attempt = Attempt {
                         before: self.attempt.before + 1,
-                        ..Attempt::default()
+                        ..self.attempt.again()
                     };
                     warn!(
                         cx,
@@ -133,6 +137,15 @@ impl Steps {
 }
 
 impl Attempt {
+    /// Returns this try as it is before it begins.
+    fn again(self) -> Self {
+        Self {
+            before: self.before,
+            was_faulted: self.was_faulted,
+            ..Self::default()
+        }
+    }
+
     /// Returns whether it has ended, and how.
     fn end(
         &mut self,
@@ -145,6 +158,8 @@ impl Attempt {
         let took = |since: Duration| now.saturating_sub(since).as_secs_f64();
         let since = *self.since.get_or_insert(now);
         let status = child.status(cx)?;
+        let is_new_fault = status.faulted && !self.was_faulted;
+        self.was_faulted = status.faulted;
         match status.state {
             State::Winner => (self.acted, self.idle) = (true, None),
             State::Ready => self.idle = None,
@@ -154,11 +169,22 @@ impl Attempt {
                     return Some(Ok(()));
                 }
             }
-            State::Checking | State::Slept => {}
+            State::Checking => {}
+            // It is Faulted, or an operator stops it. What it did before does not count.
+            State::Slept => (self.acted, self.idle) = (false, None),
         }
         if timeout > 0.0 && took(since) >= timeout {
             return Some(Err("it took too long"));
         }
-        (timeout == 0.0 && status.faulted).then_some(Err("it faulted"))
+        (timeout == 0.0 && is_new_fault).then_some(Err("it faulted"))
     }
 }
+
+jde_schema::export!(
+    "sequence",
+    "A father whose children act one after another.",
+    [Steps]
+);
+
+#[cfg(test)]
+mod tests;
