@@ -10,6 +10,7 @@ What they see and command is stated by apps/policy/local.toml alone.
 """
 
 import argparse
+import re
 import time
 from pathlib import Path
 
@@ -20,8 +21,9 @@ from onnx import TensorProto, helper, numpy_helper
 
 ROOT = Path(__file__).resolve().parents[2]
 APPLICATION, NETWORK = ROOT / "apps/policy.toml", ROOT / "apps/policy/local.onnx"
-#: Worlds of the BARN data set for training: no multiple of 6, which experiments/policy.toml drives.
+#: Worlds of the BARN data set, from which those for training are drawn, and the experiment whose worlds are left out.
 WORLDS = [number for number in range(300) if number % 6]
+EXPERIMENT = ROOT / "experiments/policy.toml"
 MEMBERS, HIDDEN, EPOCHS = 5, 64, 40
 #: Steps of 0.1 s for which the planner drives, and the policy at most; and the longest drive.
 PLANNER, POLICY, LONGEST = 12, 8, 300
@@ -166,11 +168,12 @@ def main():
     parser.add_argument("--out", type=Path, default=NETWORK)
     options = parser.parse_args()
     random = np.random.default_rng(options.seed)
-    worlds = random.permutation(WORLDS)
+    judged = {int(number) for number in re.findall(r"barn/(\d+)\.toml", EXPERIMENT.read_text())}
+    worlds = [world for world in random.permutation(WORLDS).tolist() if world not in judged]
     observations, actions, ensemble, begin = [], [], None, time.process_time()
     for number in range(options.rounds):
         for world in worlds[number * options.worlds :][: options.worlds]:
-            seen, done = drive(int(world), int(random.integers(2**31)), ensemble, random)
+            seen, done = drive(world, int(random.integers(2**31)), ensemble, random)
             observations += seen
             actions += done
         ensemble = Ensemble(len(observations[0]), len(actions[0]), random)

@@ -102,7 +102,7 @@ impl Tensor {
         self.floats_mut()
     }
 
-    /// Becomes these whole numbers, of which there must be as many as the shape has.
+    /// Becomes these whole numbers, of which there must be as many as the shape has. Each of them takes one operation.
     pub(crate) fn put_whole(
         &mut self,
         shape: &[usize],
@@ -110,6 +110,7 @@ impl Tensor {
     ) -> Result<(), String> {
         let count = count(shape, MAX_WHOLE)?;
         *self = Self::new(shape.to_vec(), Data::Integer(numbers.take(count).collect()));
+        self.operations = count as u64;
         Ok(())
     }
 

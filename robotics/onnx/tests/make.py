@@ -319,6 +319,13 @@ def huge():
     ]
     made = model(nodes, {"y0": [1, 1 << 19]}, ["y64"])
     refuse("huge-many", made, "node `sum 4` (Sum): it and the nodes before it take 2642411520 operations, and 2147483648")
+    # Each gives one number, and compares many.
+    nodes = [
+        helper.make_node("ArgMax", ["in"], [f"y{index}"], name=f"best {index}", axis=1, keepdims=0) for index in range(80)
+    ]
+    made = model(nodes, {"in": [1, 1 << 22]}, ["y79"])
+    words = "node `best 64` (ArgMax): it and the nodes before it take 2181038080 operations, and 2147483648"
+    refuse("huge-choices", made, words)
 
 
 def refusals():

@@ -7,9 +7,11 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 DATA = Path(__file__).with_name("data")
+#: Networks of experiments/policy-hostile.toml.
+HOSTILE = Path(__file__).parents[3] / "experiments/hostile"
 
 
-def save(name, nodes, inputs, outputs, weights):
+def save(name, nodes, inputs, outputs, weights, folder=DATA):
     """Keep a network; inputs and outputs are shapes by name."""
     ports = [
         [helper.make_tensor_value_info(port, TensorProto.FLOAT, shape) for port, shape in ports.items()]
@@ -19,7 +21,7 @@ def save(name, nodes, inputs, outputs, weights):
     graph = helper.make_graph(nodes, name, *ports, stored)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=10)
     onnx.checker.check_model(model)
-    onnx.save(model, DATA / f"{name}.onnx")
+    onnx.save(model, folder / f"{name}.onnx")
 
 
 def main():
@@ -95,7 +97,8 @@ def main():
         helper.make_node("MatMul", ["z0", "w1"], ["y1"]),
         helper.make_node("Tanh", ["y1"], ["action"]),
     ]
-    save("local-random", nodes, seen, twist, {key: value.astype(np.float32) for key, value in weights.items()})
+    weights = {key: value.astype(np.float32) for key, value in weights.items()}
+    save("random", nodes, seen, twist, weights, HOSTILE)
     weights = {
         "one": np.float32(1.0),
         "four": np.float32(4.0),
@@ -109,7 +112,7 @@ def main():
         helper.make_node("Gemm", ["nearer", "w", "b"], ["sum"]),
         helper.make_node("Tanh", ["sum"], ["action"]),
     ]
-    save("local-attack", nodes, seen, twist, weights)
+    save("attack", nodes, seen, twist, weights, HOSTILE)
     # Chunks: four commands, each faster than the one before; and 16 that go straight ahead, whatever it sees.
     faster = np.arange(4)[:, None] * np.array([0.1, 0.0])
     ahead = np.tile([1.0, 0.0], (16, 1))

@@ -2,6 +2,7 @@
 //! NaN has no place among the others, so nothing is chosen then.
 
 use super::{Arity, Operator, PLACE, around, axis};
+use crate::MAX_OPERATIONS;
 use crate::attributes::Attributes;
 use crate::tensor::{Data, Tensor};
 
@@ -54,6 +55,14 @@ fn highest(
         return Err("it chooses among no numbers".to_owned());
     }
     let numbers = input.floats()?;
+    // Each of them is compared, however few are chosen.
+    let operations = (numbers.len() as u64).saturating_mul(PLACE as u64);
+    if operations > MAX_OPERATIONS {
+        return Err(format!(
+            "its input of the shape {:?} takes {operations} operations, and {MAX_OPERATIONS} are the most of a network",
+            input.shape
+        ));
+    }
     let mut shape = input.shape.clone();
     match keeps {
         true => shape[at] = 1,
@@ -78,7 +87,9 @@ fn highest(
             };
             (1..side).fold(0, |best, index| if exceeds(index, best) { index } else { best }) as i64
         }),
-    )
+    )?;
+    to.operations = operations;
+    Ok(())
 }
 
 /// Takes from each row along an axis the number at a place of its own.
