@@ -20,8 +20,8 @@ const KEYS: [(&str, &[(&str, &str)]); 6] = [
         "Oscilloscope, while its traces have the focus",
         &[
             ("Space", "pause the picture, or show the present again"),
-            ("← →", "the reason of the previous or the next switch"),
-            ("↑ ↓ PgUp PgDn", "select a schema"),
+            ("Left, Right", "the reason of the previous or the next switch"),
+            ("Up, Down, PgUp, PgDn", "select a schema"),
             ("P S F R", "play, stop, force or release the selected schema"),
             ("T", "type its period: 75ms, 0.5s, 20Hz"),
         ],
@@ -29,18 +29,18 @@ const KEYS: [(&str, &[(&str, &str)]); 6] = [
     (
         "Drive pad, while it has the focus",
         &[
-            ("← → ↑ ↓, W A S D", "drive while held"),
+            ("Arrows, W A S D", "drive while held"),
             ("Space", "hold the robot still"),
         ],
     ),
     (
         "Plane and panels, while one has the focus",
-        &[("← → ↑ ↓", "move"), ("+ -", "zoom"), ("0, Home", "show all")],
+        &[("Arrows", "move"), ("+ -", "zoom"), ("0, Home", "show all")],
     ),
     (
         "3D, while it has the focus",
         &[
-            ("← → ↑ ↓", "turn; with Shift: move"),
+            ("Arrows", "turn; with Shift: move"),
             ("+ -", "zoom"),
             ("F T R", "follow the robot, from the top, reset"),
         ],

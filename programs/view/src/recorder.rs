@@ -3,7 +3,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -14,6 +14,12 @@ use crate::player::last_lines;
 
 /// How often the time that is shown changes, and the process is looked at.
 const SHOWN_TIME_INTERVAL: Duration = Duration::from_millis(500);
+/// How long the messages of a process that has ended are waited for. One that it started may keep their pipe open.
+const MESSAGES_TIMEOUT: Duration = Duration::from_secs(2);
+/// The greatest exit status with which `jde` reports a failure. Any other end is a crash.
+const MAX_FAILURE_STATUS: i32 = 3;
+/// What `jde record` says of a file that it could not write to its end.
+const ENDS_TOO_SOON: &str = " ends too soon: ";
 /// What is recorded, in words.
 const WHAT: &str = "Records every variable, selection and event from now on, and of the time before the newest 1000 \
     selections, states and events. The values of the minute before are not kept: for those, start the application with \
@@ -38,6 +44,8 @@ struct Running {
     messages: Option<JoinHandle<String>>,
     file: PathBuf,
     since: Instant,
+    /// When the process was found to have ended.
+    ended: Option<Instant>,
 }
 
 impl Recorder {
@@ -63,8 +71,7 @@ impl Recorder {
                     ui.label(text).on_hover_text(file.display().to_string());
                 }
                 Some(Err(reason)) => {
-                    let first = reason.lines().last().unwrap_or_default();
-                    let text = RichText::new(first).color(ui.visuals().error_fg_color);
+                    let text = RichText::new(headline(reason)).color(ui.visuals().error_fg_color);
                     ui.add(egui::Label::new(text).truncate()).on_hover_text(reason);
                 }
                 None => {}
@@ -114,31 +121,57 @@ impl Recorder {
             child,
             file,
             since: Instant::now(),
+            ended: None,
         });
         Ok(())
     }
 
-    /// Notes the end of the process.
+    /// Notes the end of the process, once its messages are read.
     fn poll(&mut self) {
-        let ended = |running: &mut Running| running.child.try_wait().ok().flatten();
-        let Some(status) = self.running.as_mut().and_then(ended) else {
+        let Some(running) = &mut self.running else {
             return;
         };
+        let Ok(Some(status)) = running.child.try_wait() else {
+            return;
+        };
+        let ended = *running.ended.get_or_insert_with(Instant::now);
+        let is_read = running.messages.as_ref().is_none_or(JoinHandle::is_finished);
+        if !is_read && ended.elapsed() < MESSAGES_TIMEOUT {
+            return;
+        }
         let Some(running) = self.running.take() else {
             return;
         };
-        let messages = running.messages.and_then(|messages| messages.join().ok());
-        self.last = Some(match (status.success(), messages) {
-            (true, _) => Ok(running.file),
-            // Values that were lost on their way make a recording incomplete, but do not end it.
-            (false, Some(messages)) if running.file.exists() => Err(format!(
-                "{messages}\nrecorded in {}, incomplete",
-                name(&running.file)
-            )),
-            (false, Some(messages)) if !messages.is_empty() => Err(messages),
-            (false, _) => Err(format!("{} was not recorded: {status}", running.file.display())),
-        });
+        let messages = running.messages.filter(|_| is_read);
+        let messages = messages.and_then(|messages| messages.join().ok());
+        self.last = Some(outcome(status, &messages.unwrap_or_default(), running.file));
     }
+}
+
+/// Returns the file of a recording whose process has ended, or why it is not complete. The file may be another's that
+/// appeared meanwhile, so its existence says nothing.
+fn outcome(status: ExitStatus, messages: &str, file: PathBuf) -> Result<PathBuf, String> {
+    if status.success() {
+        return Ok(file);
+    }
+    let is_failure = status
+        .code()
+        .is_some_and(|code| (1..=MAX_FAILURE_STATUS).contains(&code));
+    if is_failure && messages.contains(ENDS_TOO_SOON) {
+        return Err(format!("{messages}\nrecorded in {}, incomplete", name(&file)));
+    }
+    if is_failure && !messages.is_empty() {
+        return Err(messages.to_owned());
+    }
+    let reason = format!("{} was not recorded completely: {status}", file.display());
+    Err(format!("{messages}\n{reason}").trim().to_owned())
+}
+
+/// Returns the line of a message that says what is wrong. An advice may follow it.
+fn headline(message: &str) -> &str {
+    let mut lines = message.lines().rev();
+    let headline = lines.find(|line| !line.trim_start().starts_with("help: "));
+    headline.unwrap_or_default()
 }
 
 /// The first file of a name that does not exist. The program refuses to overwrite one that appears meanwhile.
@@ -157,4 +190,36 @@ fn unused(folder: &Path, name: &str) -> PathBuf {
 fn name(file: &Path) -> String {
     let name = file.file_name().unwrap_or(file.as_os_str());
     name.to_string_lossy().into_owned()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::process::ExitStatusExt;
+
+    use super::*;
+
+    /// The outcome for an exit status, as its headline.
+    fn reason(code: i32, messages: &str) -> String {
+        let ended = outcome(
+            ExitStatus::from_raw(code << 8),
+            messages,
+            PathBuf::from("drive-1.mcap"),
+        );
+        headline(&ended.expect_err("the recording failed")).to_owned()
+    }
+
+    #[test]
+    fn only_a_file_that_the_recorder_could_not_end_is_recorded_incompletely() {
+        let full = "error: drive-1.mcap ends too soon: no space is left";
+        assert_eq!(reason(1, full), "recorded in drive-1.mcap, incomplete");
+        let taken = "error: drive-1.mcap exists already\n  help: give the recording another name";
+        assert_eq!(reason(2, taken), "error: drive-1.mcap exists already");
+        let crashed = reason(101, "thread 'main' panicked");
+        assert!(
+            crashed.starts_with("drive-1.mcap was not recorded completely: "),
+            "{crashed}"
+        );
+        let killed = outcome(ExitStatus::from_raw(9), "", PathBuf::from("drive-1.mcap"));
+        assert!(killed.is_err_and(|reason| reason.contains("signal: 9")));
+    }
 }

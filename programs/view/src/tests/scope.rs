@@ -140,6 +140,38 @@ fn arrow_keys_move_between_takeovers_and_rows_and_letter_keys_operate() {
 }
 
 #[test]
+fn letter_keys_do_not_act_on_a_schema_whose_row_is_folded() {
+    let mut harness = shown(fixture::navigation(), Theme::Dark);
+    select(&mut harness, "vff");
+    harness.get_by_label("Fold example").click();
+    harness.run_steps(2);
+    harness.get_by_label("Traces").focus();
+    harness.run_steps(2);
+    press(&mut harness, Key::S);
+    assert!(harness.state().requests.is_empty());
+    harness.get_by_label("Unfold example").click();
+    harness.run_steps(2);
+    harness.get_by_label("Traces").focus();
+    harness.run_steps(2);
+    press(&mut harness, Key::S);
+    let stop = Action::Stop {
+        schema: "vff".to_owned(),
+    };
+    assert_eq!(harness.state().requests, [Request::Act(stop)]);
+}
+
+#[test]
+fn a_narrow_window_shows_every_action_on_the_selected_schema() {
+    let mut harness = shown(fixture::navigation(), Theme::Dark);
+    select(&mut harness, "vff");
+    harness.set_size(vec2(340.0, 520.0));
+    harness.run_steps(4);
+    let [play, panel] = ["Play vff", "Panel vff"].map(|action| harness.get_by_label(action).rect());
+    assert!(panel.right() <= 340.0, "{panel:?} is whole");
+    assert!(play.bottom() <= panel.top(), "{panel:?} is below {play:?}");
+}
+
+#[test]
 fn the_space_key_pauses_the_picture_and_run_resumes_it() {
     let mut harness = shown(fixture::navigation(), Theme::Dark);
     press(&mut harness, Key::Space);

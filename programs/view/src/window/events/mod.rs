@@ -64,9 +64,20 @@ struct Filter {
 #[derive(Default)]
 pub(crate) struct EventsWindow {
     filter: Filter,
+    /// One for each event that the timeline keeps.
     rows: VecDeque<EventRow>,
-    /// What the rows were made from: the timeline's rewinds, and the first and the number of its events.
-    made_of: (u64, Option<RunRecord>, usize),
+    made_of: Source,
+}
+
+/// What the rows were made from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Source {
+    /// Whether it is the timeline of a whole recording.
+    is_whole: bool,
+    /// How often the timeline went back.
+    rewinds: u64,
+    /// How many records had arrived in it.
+    received: u64,
 }
 
 /// An event as shown.
@@ -113,21 +124,36 @@ impl EventsWindow {
         }
     }
 
-    /// Takes the events of a timeline that came since the last call.
-    fn read(&mut self, timeline: &Timeline) {
-        let events = timeline.log().of(RecordKind::Event);
-        let (first, count) = (timeline.log().of(RecordKind::Event).next(), events.len());
-        let (rewinds, known_first, known) = &self.made_of;
-        let grows = *rewinds == timeline.rewinds() && known_first.as_ref() == first && *known <= count;
-        let known = if grows { *known } else { 0 };
-        if known == count && grows {
+    /// Takes the events of a timeline that came since the last call, and drops the rows of those that it keeps no more.
+    fn read(&mut self, timeline: &Timeline, is_whole: bool) {
+        let log = timeline.log();
+        let source = Source {
+            is_whole,
+            rewinds: timeline.rewinds(),
+            received: log.received(),
+        };
+        let known = std::mem::replace(&mut self.made_of, source);
+        if source == known {
             return;
         }
-        if known == 0 {
+        let (before, now) = ((known.is_whole, known.rewinds), (is_whole, source.rewinds));
+        if before != now || source.received < known.received {
             self.rows.clear();
         }
-        self.rows.extend(events.skip(known).filter_map(EventRow::of));
-        self.made_of = (timeline.rewinds(), first.cloned(), count);
+        let events = log.of(RecordKind::Event);
+        let kept = events.len();
+        let new = match self.rows.is_empty() {
+            true => kept,
+            false => {
+                let records = log.since(known.received);
+                let is_event = |record: &&RunRecord| record.kind() == RecordKind::Event;
+                records.iter().filter(is_event).count()
+            }
+        };
+        self.rows
+            .extend(events.skip(kept.saturating_sub(new)).filter_map(EventRow::of));
+        let dropped = self.rows.len().saturating_sub(kept);
+        self.rows.drain(..dropped);
     }
 
     /// The places of the events to show, newest first.
@@ -195,7 +221,8 @@ impl Window for EventsWindow {
             };
         }
         let past = session.recorded().and_then(Recorded::past);
-        self.read(past.as_ref().map_or(session.timeline(), |past| &past.timeline));
+        let timeline = past.as_ref().map_or(session.timeline(), |past| &past.timeline);
+        self.read(timeline, past.is_some());
         let shown = self.shown();
         self.head(ui, session, shown.len());
         if shown.is_empty() {
@@ -260,5 +287,57 @@ fn color(row: &EventRow) -> Ink {
         Level::All => Ink::Faint,
         Level::Warnings => Ink::Warn,
         Level::Faults => Ink::Bad,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_records::event::What;
+    use jde_timeline::{Hierarchy, Keep};
+
+    use super::*;
+
+    fn add(timeline: &mut Timeline, time: Nanos) {
+        let overrun = What::Overrun {
+            schema: "goon".to_owned(),
+            took: 2,
+            budget: 1,
+        };
+        timeline.add(&RunRecord::Other(overrun.at(time)));
+    }
+
+    fn times(window: &EventsWindow) -> Vec<Nanos> {
+        window.rows.iter().map(|row| row.time).collect()
+    }
+
+    #[test]
+    fn the_rows_are_those_of_the_events_that_the_timeline_keeps() {
+        let mut keep = Keep::LIVE;
+        keep.records.records = 3;
+        let mut timeline = Timeline::new(Hierarchy::default(), keep);
+        let mut window = EventsWindow::default();
+        window.read(&timeline, false);
+        assert!(times(&window).is_empty());
+        for time in 1..=2 {
+            add(&mut timeline, time);
+        }
+        window.read(&timeline, false);
+        assert_eq!(times(&window), [1, 2]);
+        for time in 3..=4 {
+            add(&mut timeline, time);
+        }
+        window.read(&timeline, false);
+        assert_eq!(times(&window), [2, 3, 4]);
+        for time in 5..=9 {
+            add(&mut timeline, time);
+        }
+        window.read(&timeline, false);
+        assert_eq!(times(&window), [7, 8, 9]);
+        let mut whole = Timeline::new(Hierarchy::default(), Keep::ALL);
+        for time in 1..=20 {
+            add(&mut whole, time);
+        }
+        window.read(&whole, true);
+        assert_eq!(times(&window).len(), 20);
     }
 }

@@ -152,7 +152,7 @@ impl PlaneDrawing<'_, '_> {
             self.bumpers(bumpers, &senses.outline, senses.bumpers.is_fresh());
         }
         if let Some(line) = senses.line.value() {
-            self.cells(line);
+            self.cells(line, senses.line.is_fresh());
         }
         if let Some(fix) = senses.position.value() {
             self.position(fix, self.color_of(Ink::Goal, senses.position.is_fresh()));
@@ -263,13 +263,14 @@ impl PlaneDrawing<'_, '_> {
         self.draw.points(&[[at.x, at.y]], 6.0, color);
     }
 
-    /// Draws the cells of a line sensor in the grey of what they see.
-    fn cells(&self, line: &LineSensor) {
+    /// Draws the cells of a line sensor in the grey of what they see, faintly if that is stale.
+    fn cells(&self, line: &LineSensor, fresh: bool) {
+        let opacity = if fresh { 1.0 } else { STALE_OPACITY };
         for (cell, brightness) in line.cells.iter().zip(&line.brightness) {
             let at = on(&self.robot, [cell.x, cell.y]);
             let grey = Color32::from_gray((255.0 * brightness.clamp(0.0, 1.0)) as u8);
-            self.draw.points(&[at], 8.0, self.color_of(Ink::Faint, true));
-            self.draw.points(&[at], 6.0, grey);
+            self.draw.points(&[at], 8.0, self.color_of(Ink::Faint, fresh));
+            self.draw.points(&[at], 6.0, grey.gamma_multiply(opacity));
         }
     }
 

@@ -31,14 +31,22 @@ pub(super) enum VariableState<T> {
 pub(super) enum NoReading {
     /// The first value has not arrived yet.
     Waiting,
-    /// The exporting schema, of this name, is SLEPT.
-    Asleep(String),
+    /// The exporting schema is SLEPT.
+    Asleep(Sleeper),
     /// The exporting schema, of this name, withdrew its value.
     Silent(String),
     /// The exporting schema, of this name, has never written one: it may lack the sensor.
     Never(String),
     /// Subscribing failed, for this reason.
     Trouble(String),
+}
+
+/// A schema that is SLEPT, and why.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Sleeper {
+    pub(super) schema: String,
+    /// The stop of an operator that keeps it asleep, in words: "stopped by ana@laptop".
+    pub(super) stop: Option<String>,
 }
 
 /// The name and age of a value.
@@ -51,7 +59,7 @@ pub(super) struct Freshness {
     /// Whether the value is too old to describe the present.
     pub(super) stale: bool,
     /// The exporting schema, if it is SLEPT.
-    pub(super) asleep: Option<String>,
+    pub(super) asleep: Option<Sleeper>,
 }
 
 impl<T> VariableState<T> {
@@ -69,10 +77,10 @@ impl<T> VariableState<T> {
     }
 
     /// The exporting schema, if it is SLEPT and there is therefore no new value.
-    pub(super) fn sleeper(&self) -> Option<&str> {
+    pub(super) fn sleeper(&self) -> Option<&Sleeper> {
         match self {
-            Self::None(_, NoReading::Asleep(owner)) => Some(owner),
-            Self::Present(_, fresh) if fresh.stale => fresh.asleep.as_deref(),
+            Self::None(_, NoReading::Asleep(sleeper)) => Some(sleeper),
+            Self::Present(_, fresh) if fresh.stale => fresh.asleep.as_ref(),
             Self::Absent | Self::None(..) | Self::Present(..) => None,
         }
     }
@@ -102,10 +110,20 @@ impl NoReading {
     pub(super) fn message(&self) -> String {
         match self {
             Self::Waiting => "waiting for the first value".to_owned(),
-            Self::Asleep(owner) => format!("no value: {owner} sleeps, because no schema needs it"),
+            Self::Asleep(sleeper) => format!("no value: {}", sleeper.message()),
             Self::Silent(owner) => format!("no value from {owner} any more"),
             Self::Never(owner) => format!("no value from {owner} yet"),
             Self::Trouble(trouble) => format!("no value: {trouble}"),
+        }
+    }
+}
+
+impl Sleeper {
+    /// Why it sleeps, as a message for the user.
+    pub(super) fn message(&self) -> String {
+        match &self.stop {
+            Some(stop) => format!("{} sleeps, because it was {stop}", self.schema),
+            None => format!("{} sleeps, because no schema needs it", self.schema),
         }
     }
 }
@@ -140,8 +158,12 @@ pub(super) fn sampled(
         return VariableState::Absent;
     };
     let view = session.view(owner);
-    let sleeps = view.is_some_and(|view| view.state == State::Slept);
-    let asleep = sleeps.then(|| owner.clone());
+    let asleep = view
+        .filter(|view| view.state == State::Slept)
+        .map(|view| Sleeper {
+            schema: owner.clone(),
+            stop: view.stop().map(ToString::to_string),
+        });
     let Some(sample) = session.value(name, rate) else {
         let reason = match session.trouble(name) {
             Some(trouble) => NoReading::Trouble(trouble),
@@ -154,7 +176,7 @@ pub(super) fn sampled(
         let has_run = view.is_some_and(|view| view.iterations > 0);
         let reason = match asleep {
             _ if sample.sequence == 0 && has_run => NoReading::Never(owner.clone()),
-            Some(owner) => NoReading::Asleep(owner),
+            Some(sleeper) => NoReading::Asleep(sleeper),
             None if sample.sequence == 0 => NoReading::Never(owner.clone()),
             None => NoReading::Silent(owner.clone()),
         };

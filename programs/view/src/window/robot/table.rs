@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use eframe::egui::{self, Color32, Rect, RichText, Sense, Ui, vec2};
+use eframe::egui::{self, Color32, Rect, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
 use jde_link::message::Action;
 use jde_panel::Ink;
 use jde_types::{
@@ -11,7 +11,7 @@ use jde_types::{
     WheelEncoders,
 };
 
-use super::reading::{Freshness, NoReading, VariableState};
+use super::reading::{Freshness, NoReading, Sleeper, VariableState};
 use super::sensors::Sensors;
 use crate::session::WindowSession;
 use crate::style::{self, Style};
@@ -19,6 +19,11 @@ use crate::style::{self, Style};
 /// Charge below which a battery is low, and nearly empty, from 0 to 1.
 const LOW_CHARGE: f32 = 0.3;
 const EMPTY_CHARGE: f32 = 0.15;
+/// Opacity of the bar of a charge, and of a stale one, on which a text in the weak color can be read.
+const BAR_OPACITY: f32 = 0.45;
+const STALE_BAR_OPACITY: f32 = 0.2;
+/// Opacity of the cells of a stale line sensor.
+const STALE_CELL_OPACITY: f32 = 0.3;
 
 /// Shows the table. Without a session it has no buttons that wake schemas: for pictures.
 pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession>, style: &Style) {
@@ -32,12 +37,12 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession
         .spacing([10.0, 5.0])
         .striped(true)
         .show(ui, |ui| {
-            rows.row(ui, "Place", "odometry", &senses.odometry, |ui, odometry| {
+            rows.row(ui, "Place", "odometry", &senses.odometry, |ui, odometry, _| {
                 ui.label(place(odometry, style));
             });
-            rows.row(ui, "Speed", "", &senses.odometry, |ui, odometry| {
+            rows.row(ui, "Speed", "", &senses.odometry, |ui, odometry, stale| {
                 ui.colored_label(
-                    style::color_of(Ink::Good, style),
+                    style::color_of(ink(Ink::Good, stale), style),
                     speed(&odometry.twist.twist, style),
                 );
             });
@@ -51,47 +56,53 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&WindowSession
                 ui.weak("nothing in force");
             }
             ui.end_row();
-            rows.row(ui, "Laser", "laser", &senses.laser, |ui, laser| {
+            rows.row(ui, "Laser", "laser", &senses.laser, |ui, laser, _| {
                 ui.label(scan(laser, style));
             });
-            rows.row(ui, "Sonars", "sonars", &senses.sonars, |ui, sonars| {
+            rows.row(ui, "Sonars", "sonars", &senses.sonars, |ui, sonars, _| {
                 ui.label(echoes(sonars, style));
             });
-            rows.row(ui, "Bumpers", "bumpers", &senses.bumpers, |ui, bumpers| {
+            rows.row(ui, "Bumpers", "bumpers", &senses.bumpers, |ui, bumpers, stale| {
                 let (text, bad) = pressed(bumpers);
                 if bad {
-                    ui.colored_label(style::color_of(Ink::Bad, style), text);
+                    ui.colored_label(style::color_of(ink(Ink::Bad, stale), style), text);
                 } else {
                     ui.label(text);
                 }
             });
-            rows.row(ui, "Line", "line sensor", &senses.line, |ui, line| {
-                strip(ui, &line.brightness);
+            rows.row(ui, "Line", "line sensor", &senses.line, |ui, line, stale| {
+                strip(ui, &line.brightness, stale, style);
             });
-            rows.row(ui, "Inertia", "inertial unit", &senses.imu, |ui, imu| {
+            rows.row(ui, "Inertia", "inertial unit", &senses.imu, |ui, imu, _| {
                 ui.label(inertia(imu, style))
                     .on_hover_text("Turn rate about z, and specific forces along x, y and z");
             });
-            rows.row(ui, "Position", "position sensor", &senses.position, |ui, fix| {
-                ui.label(position(fix, style))
-                    .on_hover_text("x, y, and the greater standard deviation of the two");
-            });
-            rows.row(ui, "Wheels", "encoders", &senses.encoders, |ui, encoders| {
+            rows.row(
+                ui,
+                "Position",
+                "position sensor",
+                &senses.position,
+                |ui, fix, _| {
+                    ui.label(position(fix, style))
+                        .on_hover_text("x, y, and the greater standard deviation of the two");
+                },
+            );
+            rows.row(ui, "Wheels", "encoders", &senses.encoders, |ui, encoders, _| {
                 ui.label(ticks(encoders))
                     .on_hover_text("The counts of the encoders");
             });
-            rows.row(ui, "Battery", "battery", &senses.battery, |ui, battery| {
-                gauge(ui, battery, style)
+            rows.row(ui, "Battery", "battery", &senses.battery, |ui, battery, stale| {
+                gauge(ui, battery, stale, style)
             });
-            rows.row(ui, "Head", "pan-tilt head", &senses.head, |ui, head| {
+            rows.row(ui, "Head", "pan-tilt head", &senses.head, |ui, head, _| {
                 ui.label(gaze(head, style));
             });
         });
-    for schema in rows.sleepers {
+    for sleeper in &rows.sleepers {
         ui.horizontal_wrapped(|ui| {
-            ui.label(format!("{schema} sleeps, because no schema needs it."));
+            ui.label(format!("{}.", sleeper.message()));
             if let Some(session) = session {
-                play(ui, session, Some(&schema));
+                play(ui, session, Some(sleeper));
             }
         });
     }
@@ -115,14 +126,18 @@ pub(super) fn age(ui: &mut Ui, fresh: &Freshness, style: &Style) {
 }
 
 /// A button with which an operator wakes a SLEPT schema.
-pub(super) fn play(ui: &mut Ui, session: &WindowSession, sleeper: Option<&str>) {
-    let Some(schema) = sleeper else { return };
-    let button = ui
-        .button(format!("Play {schema}"))
-        .on_hover_text("Wake it as an operator, until it is released");
+pub(super) fn play(ui: &mut Ui, session: &WindowSession, sleeper: Option<&Sleeper>) {
+    let Some(Sleeper { schema, stop }) = sleeper else {
+        return;
+    };
+    let tip = match stop {
+        Some(_) => "End the stop, and wake it as an operator, until it is released",
+        None => "Wake it as an operator, until it is released",
+    };
+    let button = ui.button(format!("Play {schema}")).on_hover_text(tip);
     if button.clicked() {
         session.act(Action::Play {
-            schema: schema.to_owned(),
+            schema: schema.clone(),
         });
     }
 }
@@ -132,21 +147,21 @@ struct Rows<'a> {
     /// Names of sensors that the application lacks.
     absent: Vec<&'static str>,
     /// The schemas that sleep, and would export values.
-    sleepers: BTreeSet<String>,
+    sleepers: BTreeSet<Sleeper>,
 }
 
 impl Rows<'_> {
     /// Adds a row, or registers an absent sensor. An empty `sensor` marks a second row of one sensor, whose
-    /// absence is not shown again.
+    /// absence is not shown again. `show` draws a stale value in the weak color.
     fn row<T>(
         &mut self,
         ui: &mut Ui,
         name: &str,
         sensor: &'static str,
         reading: &VariableState<T>,
-        show: impl FnOnce(&mut Ui, &T),
+        show: impl FnOnce(&mut Ui, &T, bool),
     ) {
-        self.sleepers.extend(reading.sleeper().map(str::to_owned));
+        self.sleepers.extend(reading.sleeper().cloned());
         match reading {
             VariableState::Absent | VariableState::None(..) if sensor.is_empty() => {}
             VariableState::Absent | VariableState::None(_, NoReading::Never(_)) => self.absent.push(sensor),
@@ -169,13 +184,18 @@ impl Rows<'_> {
                     if fresh.stale {
                         ui.visuals_mut().override_text_color = Some(ui.visuals().weak_text_color());
                     }
-                    show(ui, value);
+                    show(ui, value, fresh.stale);
                 });
                 age(ui, fresh, self.style);
                 ui.end_row();
             }
         }
     }
+}
+
+/// The color of a value: the weak one if it is stale.
+fn ink(color: Ink, stale: bool) -> Ink {
+    if stale { Ink::Faint } else { color }
 }
 
 fn place(odometry: &Odometry, style: &Style) -> String {
@@ -201,14 +221,21 @@ fn inertia(imu: &Imu, style: &Style) -> String {
     format!("{turn}  {x:.1}, {y:.1}, {z:.1} m/s²")
 }
 
-/// Draws the cells of a line sensor from left to right, in the grey of what they see.
-fn strip(ui: &mut Ui, brightness: &[f32]) {
+/// Draws the cells of a line sensor from left to right, in the grey of what they see. Those of a stale value are faint, in
+/// frames.
+fn strip(ui: &mut Ui, brightness: &[f32], stale: bool, style: &Style) {
     let (area, response) = ui.allocate_exact_size(vec2(12.0 * brightness.len() as f32, 14.0), Sense::hover());
     for (cell, brightness) in brightness.iter().enumerate() {
         let left = area.left_top() + vec2(12.0 * cell as f32, 0.0);
         let grey = Color32::from_gray((255.0 * brightness.clamp(0.0, 1.0)) as u8);
         let rect = Rect::from_min_size(left, vec2(11.0, 14.0));
-        ui.painter().rect_filled(rect, 0.0, grey);
+        if stale {
+            let frame = Stroke::new(1.0, style::color_of(Ink::Faint, style));
+            let faint = grey.gamma_multiply(STALE_CELL_OPACITY);
+            ui.painter().rect(rect, 0.0, faint, frame, StrokeKind::Inside);
+        } else {
+            ui.painter().rect_filled(rect, 0.0, grey);
+        }
     }
     response.on_hover_text("The brightness of the floor below each cell");
 }
@@ -304,7 +331,7 @@ fn ticks(encoders: &WheelEncoders) -> String {
     format!("left {}  right {}", encoders.left, encoders.right)
 }
 
-fn gauge(ui: &mut Ui, battery: &BatteryState, style: &Style) {
+fn gauge(ui: &mut Ui, battery: &BatteryState, stale: bool, style: &Style) {
     let volts = if battery.voltage.is_nan() {
         String::new()
     } else {
@@ -325,11 +352,13 @@ fn gauge(ui: &mut Ui, battery: &BatteryState, style: &Style) {
         _ => (Ink::Good, ""),
     };
     let text = format!("{:.0} %{note}  {volts}", charge * 100.0);
-    let fill: Color32 = style::color_of(color, style).gamma_multiply(0.45);
+    let opacity = if stale { STALE_BAR_OPACITY } else { BAR_OPACITY };
+    let fill: Color32 = style::color_of(ink(color, stale), style).gamma_multiply(opacity);
     let bar = egui::ProgressBar::new(charge.clamp(0.0, 1.0))
         .fill(fill)
         .desired_width(150.0);
-    ui.add(bar.text(RichText::new(text).color(style::color_of(Ink::Plain, style))));
+    let text = RichText::new(text).color(style::color_of(ink(Ink::Plain, stale), style));
+    ui.add(bar.text(text));
 }
 
 fn gaze(head: &PanTilt, style: &Style) -> String {

@@ -82,6 +82,7 @@ impl Scope {
             );
         }
         self.focused = traces.has_focus();
+        self.has_row = self.selected_view(seen, &list).is_some();
         if self.focused {
             let line = ui.visuals().selection.stroke;
             ui.painter().rect_stroke(

@@ -4,6 +4,7 @@
 
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
 use jde_link::message::Action;
+use jde_records::snapshot::SchemaView;
 use jde_timeline::HierarchyRow;
 
 use super::Scope;
@@ -52,11 +53,8 @@ impl Scope {
                 self.select(seen, rows, step);
             }
         }
-        let Some(view) = self
-            .selected
-            .as_ref()
-            .and_then(|selected| seen.snapshot.schemas.iter().find(|view| view.name == *selected))
-        else {
+        // A key must not act on what the user does not see.
+        let Some(view) = self.selected_view(seen, rows) else {
             return;
         };
         let schema = view.name.clone();
@@ -72,6 +70,17 @@ impl Scope {
         } else if take(ui, Key::R) && seen.accepts_requests {
             requests.push(Request::Act(Action::Release { schema }));
         }
+    }
+
+    /// Returns the selected schema, unless its row is filtered out or folded.
+    pub(super) fn selected_view<'s>(
+        &self,
+        seen: &Input<'s>,
+        rows: &[HierarchyRow],
+    ) -> Option<&'s SchemaView> {
+        let schemas: &'s [SchemaView] = &seen.snapshot.schemas;
+        let mut shown = rows.iter().filter_map(|row| schemas.get(row.schema()?));
+        shown.find(|view| self.selected.as_ref() == Some(&view.name))
     }
 
     /// Moves the selection by a number of schemas, limited to the ends of the list.

@@ -58,7 +58,7 @@ use why::SwitchDetails;
 /// Rate of the values for traces and conditions.
 const RATE: Rate = Rate::Hz(50);
 
-/// Height of the actions on the selected schema, in points.
+/// Height of the actions on the selected schema in one line, in points.
 const OPERATE_HEIGHT: f32 = 40.0;
 
 /// Greatest delay of a position of a recording, s.
@@ -84,6 +84,10 @@ pub(crate) struct Scope {
     needed: f32,
     /// Whether the traces have the keyboard focus, and their keys act.
     focused: bool,
+    /// Whether the selected schema has a row, and the keys act on it.
+    has_row: bool,
+    /// The height that the actions on the selected schema need, in points.
+    operate_height: f32,
     /// Scroll to the row of the selected schema.
     reveal: bool,
     /// The last position of a recording, and when it was read.
@@ -140,6 +144,8 @@ impl Scope {
             scrolled: 0.0,
             needed: f32::INFINITY,
             focused: false,
+            has_row: false,
+            operate_height: OPERATE_HEIGHT,
             reveal: false,
             played: None,
             left_out: 0,
@@ -162,7 +168,7 @@ impl Scope {
         let height = ui.available_height();
         // The rows take what they need. What they leave is not empty: the reasons take it.
         let most = (height - 120.0).max(41.0);
-        let least = (height - self.needed - OPERATE_HEIGHT).clamp(40.0, most);
+        let least = (height - self.needed - self.operate_height).clamp(40.0, most);
         let reason_panel = Panel::bottom(ui.scope_id().with("why"))
             .resizable(true)
             .default_size((height * 0.36).clamp(100.0, 200.0).max(least))
@@ -176,7 +182,7 @@ impl Scope {
             self.go_to(time, seen, &mut requests);
         }
         Panel::bottom(ui.scope_id().with("operate"))
-            .exact_size(OPERATE_HEIGHT)
+            .exact_size(self.operate_height)
             .frame(egui::Frame::NONE)
             .show(ui, |ui| self.operate(ui, seen, &mut requests));
         egui::CentralPanel::no_frame().show(ui, |ui| self.body(ui, seen, style, &mut requests));

@@ -6,16 +6,19 @@ use jde_abi::describe::Kind;
 use jde_link::message::Action;
 use jde_records::snapshot::{HoldKind, SchemaView};
 
-use super::Scope;
 use super::input::{Input, Request};
+use super::{OPERATE_HEIGHT, Scope};
 
 /// The least side of a button that moves or stops a robot, in points.
 const TARGET: f32 = 32.0;
+/// The width below which the actions may not fit into one line, in points.
+const NARROW_WIDTH: f32 = 500.0;
 
 impl Scope {
     /// Shows the actions on the selected schema, with their keys while these act.
-    pub(super) fn operate(&self, ui: &mut Ui, seen: &Input<'_>, requests: &mut Vec<Request>) {
-        ui.horizontal(|ui| {
+    pub(super) fn operate(&mut self, ui: &mut Ui, seen: &Input<'_>, requests: &mut Vec<Request>) {
+        let keys = self.focused && self.has_row;
+        let line = |ui: &mut Ui| {
             ui.set_min_height(TARGET);
             let selected = |view: &&SchemaView| self.selected.as_ref() == Some(&view.name);
             let Some(view) = seen.snapshot.schemas.iter().find(selected) else {
@@ -27,8 +30,19 @@ impl Scope {
                 ui.set_max_width(width);
                 ui.add(Label::new(RichText::new(&view.name).strong()).truncate());
             });
-            actions(ui, seen, view, self.focused, requests);
-        });
+            actions(ui, seen, view, keys, requests);
+        };
+        if ui.available_width() >= NARROW_WIDTH {
+            ui.horizontal(line);
+            self.operate_height = OPERATE_HEIGHT;
+            return;
+        }
+        let shown = ui.horizontal_wrapped(line).response;
+        let height = (shown.rect.height() + OPERATE_HEIGHT - TARGET).max(OPERATE_HEIGHT);
+        if (height - self.operate_height).abs() > 0.5 {
+            self.operate_height = height;
+            ui.ctx().request_repaint();
+        }
     }
 }
 
