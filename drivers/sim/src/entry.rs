@@ -93,6 +93,8 @@ impl ActiveRobot {
         let claim = RobotClaim::acquire(key, model.lasers.clone(), |world| {
             entry.find_or_add(world, model.config.clone())
         })?;
+        // A robot that an earlier driver left in the world may have touched something then.
+        let contacts = claim.world().truth(claim.robot()).collisions;
         Ok(Self {
             claim,
             model,
@@ -101,7 +103,7 @@ impl ActiveRobot {
             edits: None,
             due: Due::default(),
             setpoint: Setpoint::default(),
-            contacts: 0,
+            contacts,
         })
     }
 

@@ -39,7 +39,8 @@ pub fn record_lines(record: &RunRecord) -> Vec<String> {
     let text = format_record(record);
     let mut lines = text.lines();
     let first = lines.next().unwrap_or_default().to_owned();
-    let rest = lines.map(|line| format!("{:>12}{line}", ""));
+    // The mark says that a line belongs to the text above: no text can forge a line of the log.
+    let rest = lines.map(|line| format!("{:>12}| {line}", ""));
     std::iter::once(first).chain(rest).collect()
 }
 

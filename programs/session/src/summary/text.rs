@@ -252,8 +252,9 @@ fn print_headline(summary: &RunSummary, output: &mut dyn Write) -> io::Result<()
         Some(0) => write!(output, "no contact")?,
         Some(count) => write!(output, "{BAD}{}{BAD:#}", counted(count, "contact"))?,
     }
+    // It is the time of the first sample that has the contact, which began a little before.
     if let Some(first) = summary.first_contact_s {
-        write!(output, ", the first at {first:.3} s")?;
+        write!(output, ", the first at {first:.1} s")?;
     }
     if let Some(clearance) = summary.min_clearance_m {
         write!(output, ", never nearer than {clearance:.2} m to anything")?;
