@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use jde_board::{Nanos, Reader};
 use jde_conditions::{Firing, Triggers};
-use jde_log::{TURNS_TOPIC, record};
+use jde_log::{TURNS_TOPIC, log_line, record};
 use jde_records::event::What;
 use jde_records::{RecordBuilder, RecordKind, RunRecord};
 use jde_ros::cdr;
@@ -154,8 +154,8 @@ impl WriterThread {
             };
             self.topics.push(OpenTopic {
                 variable: variable.filter(named).cloned(),
-                // A turn is an event: it leaves nothing in force.
-                state_key: if queue.name == TURNS_TOPIC {
+                // A turn and a line of the log are events: they leave nothing in force.
+                state_key: if [TURNS_TOPIC, log_line::TOPIC].contains(&queue.name.as_str()) {
                     StateKey::Stateless
                 } else {
                     StateKey::Value

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use jde_abi::describe::Type;
 use jde_board::value::get_path;
 use jde_embed::split_name;
-use jde_log::{LeftOut, ReadError, RecordedVariable, RecordedVariables, Recording};
+use jde_log::{LeftOut, ReadError, RecordedVariable, RecordedVariables, Recording, record};
 use jde_report::{Analysis, Series, Wanted, draw_recording};
 use jde_ros::cdr;
 use pyo3::exceptions::{PyKeyError, PyMemoryError, PyUserWarning};
@@ -121,7 +121,7 @@ impl OpenRecording {
     }
 
     /// Returns the newest value that had been published at a time, s since the start, or a part of it, as a schema reads it;
-    /// without a time the last one. `None` if there was none.
+    /// without a time the last one. `None` if there was none, or if it had ended.
     #[pyo3(signature = (name, at=None))]
     fn value<'py>(
         &self,
@@ -151,7 +151,7 @@ impl OpenRecording {
             });
             of_kind.collect::<Result<Vec<_>, _>>().map_err(read_error)
         })?;
-        let records = messages.iter().filter_map(jde_log::record::read);
+        let records = messages.iter().filter_map(record::read);
         records
             .map(|record| loads.call1((PyBytes::new(py, &record.to_json()),)))
             .collect()
@@ -242,7 +242,7 @@ impl OpenRecording {
         })
     }
 
-    /// Returns the value of the last message of a variable until a time, ns since 1970.
+    /// Returns the value of the last message of a variable until a time, ns since 1970, if it had not ended by then.
     fn newest(&self, variable: &RecordedVariable, until: u64) -> PyResult<Option<Vec<u8>>> {
         let mut newest = None;
         for message in self.recording.messages().map_err(read_error)? {
@@ -253,6 +253,12 @@ impl OpenRecording {
             let of = self.all.get(&message.channel);
             if of.is_some_and(|of| of.name == variable.name) {
                 newest = Some(message.data);
+            } else if newest.is_some()
+                && record::kind(&message.channel).is_some()
+                && let Some(line) = record::read(&message)
+                && line.retracted_variable() == Some(variable.name.as_str())
+            {
+                newest = None;
             }
         }
         newest

@@ -7,6 +7,23 @@ import numpy as np
 import pytest
 
 import jde
+from conftest import Robot
+
+RETRACTING = """
+from jde import Actuator, Export, Import, Schema, export, trigger
+from jde import types as t
+
+class Mine(Schema, kind="motor", period="100ms"):
+    laser: Import[t.LaserScan] = trigger()
+    base: Actuator[t.Twist]
+    number: Export[float] = export(lasting=True)
+
+    def iterate(self, cx):
+        if 2.0 < cx.now < 4.0:
+            self.number.retract()
+        else:
+            self.number.write(cx.now)
+"""
 
 
 @pytest.fixture
@@ -78,3 +95,13 @@ def test_a_value_at_a_time_is_what_a_schema_reads(recording: jde.Recording) -> N
     assert recording.value("pioneer.truth.pose.x") == truth["pose.x"][-1]
     with pytest.raises(KeyError, match="did you mean `pioneer.truth`"):
         recording.value("pioneer.thruth", at=5.0)
+
+
+def test_a_value_that_was_retracted_is_none_until_the_next_one(robot: Robot) -> None:
+    robot.write(RETRACTING)
+    done = robot.drive(6, "--record", "drive.mcap")
+    assert done.status == 0, done.text
+    recording = jde.open(robot.folder / "drive.mcap")
+    assert 1.0 < recording.value("mine.number", at=1.5) <= 1.5
+    assert recording.value("mine.number", at=3.0) is None
+    assert recording.value("mine.number", at=5.0) > 4.0

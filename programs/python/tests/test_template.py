@@ -31,9 +31,9 @@ def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str]
     assert "no contact" in drive.text and "no faults" in drive.text
 
 
-def pytest_in(folder: Path) -> subprocess.CompletedProcess[str]:
+def pytest_in(folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """Run the tests of a folder."""
-    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options]
     return subprocess.run(tests, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
 
 
@@ -54,6 +54,20 @@ def test_an_application_with_a_schema_in_python_has_tests(tmp_path: Path) -> Non
     tested = pytest_in(robot.folder)
     assert tested.returncode == 1 and "1 failed" in tested.stdout and "it drives" not in tested.stdout, tested.stdout
     assert "it stands" in tested.stdout and "see it: jde experiment" in tested.stdout, tested.stdout
+
+
+def test_drives_below_a_folder_of_two_schemas_are_each_collected_once(tmp_path: Path) -> None:
+    robot = Robot(tmp_path)
+    for name in ("follow-wall", "keep-away"):
+        robot.jde("new", "schema", name, "--python")
+        (tmp_path / name / "tests").mkdir()
+        (tmp_path / name / "tests/drives.toml").write_text(
+            'name = "it drives"\napplication = "../app.toml"\nfor = "5s"\n'
+        )
+    # As where pip installed the package, and as elsewhere.
+    for plugins in ([], ["-p", "jde.testing"]):
+        done = pytest_in(tmp_path, "--collect-only", *plugins)
+        assert done.returncode == 0 and done.stdout.count("::it drives") == 2, done.stdout
 
 
 def test_a_name_that_hides_the_package_is_refused(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use jde_log::{ReadError, RecordedMessage, Recording, Survey};
+use jde_log::{ReadError, RecordedMessage, Recording, Survey, log_line};
 use jde_recorder::{PartSize, Recorder, RecorderOptions, SplitOptions, Stamps, Status, Topic};
 use jde_records::RunRecord;
 use jde_types::Value;
@@ -178,6 +178,28 @@ fn a_single_part_contains_the_values_in_force_at_its_beginning() {
         // The pose is retracted in the first part.
         let poses = sequences(&messages, "/pose/pose").len();
         assert_eq!(poses, if in_force == 0 { 1 } else { 0 }, "part {number}");
+    }
+}
+
+#[test]
+fn a_part_does_not_begin_with_a_line_of_the_log_of_the_part_before_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let mut drive = Drive::begin(&path, split(PartSize::Time(10 * SECOND), None), false);
+    let line = log_line::message(0, 30, "goon", "a warning");
+    assert!(drive.recorder.log().put_message(&line, stamps(1, 0)));
+    drive.record(25);
+    drive.recorder.finish();
+    let other_folder = tempfile::tempdir().unwrap();
+    for (name, lines) in [
+        ("drive-001.mcap", 1),
+        ("drive-002.mcap", 0),
+        ("drive-003.mcap", 0),
+    ] {
+        let part = other_folder.path().join("part.mcap");
+        std::fs::copy(folder.path().join(name), &part).unwrap();
+        let (_, messages) = read(&part);
+        assert_eq!(sequences(&messages, log_line::TOPIC).len(), lines, "{name}");
     }
 }
 

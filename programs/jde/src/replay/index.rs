@@ -76,6 +76,8 @@ pub(super) struct RecordedValue {
     pub(super) measured: Nanos,
     /// The message, in the encoding of its topic.
     pub(super) message: Vec<u8>,
+    /// When it was retracted or its validity was over (R19), if it had ended.
+    pub(super) ended: Option<Nanos>,
 }
 
 /// An entry of the recording that playback uses.
@@ -161,14 +163,18 @@ impl Index {
         })))
     }
 
-    /// Returns the newest value before a place: of every seldom topic, and of other topics with a value in
-    /// the last [`LOOK_BACK`].
+    /// Returns the newest value before a place, and when it had ended, if it had: of every seldom topic, and of
+    /// other topics with a value in the last [`LOOK_BACK`].
     pub(super) fn latest_values(&self, place: Nanos) -> Result<Vec<RecordedValue>, Failure> {
         let mut newest = BTreeMap::new();
         for values in self.seldom.values() {
             let before = values.partition_point(|value| value.published < place);
             if let Some(value) = before.checked_sub(1).map(|last| &values[last]) {
-                newest.insert(value.topic.clone(), value.clone());
+                let value = RecordedValue {
+                    ended: value.ended.filter(|ended| *ended < place),
+                    ..value.clone()
+                };
+                newest.insert(value.topic.clone(), value);
             }
         }
         for next in self.entries_from(place.saturating_sub(LOOK_BACK))? {
@@ -177,10 +183,24 @@ impl Index {
                     newest.insert(value.topic.clone(), value);
                 }
                 IndexEntry::Value(_) => break,
+                IndexEntry::Line(time, line) if time < place => {
+                    if let Some(topic) = self.retracted_topic(&line)
+                        && let Some(value) = newest.get_mut(topic)
+                    {
+                        value.ended = Some(time);
+                    }
+                }
                 IndexEntry::Line(..) | IndexEntry::Cycle(_) => {}
             }
         }
         Ok(newest.into_values().collect())
+    }
+
+    /// Returns the topic of the variable whose value ended, if a line says so.
+    pub(super) fn retracted_topic(&self, line: &RunRecord) -> Option<&str> {
+        let name = line.retracted_variable()?;
+        let variable = self.variables.iter().find(|variable| variable.name == name)?;
+        Some(&variable.topic)
     }
 
     fn scan(&mut self, hierarchy: &mut Hierarchy) -> Result<(), Failure> {
@@ -192,7 +212,15 @@ impl Index {
             self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
             self.variables.check(&message, &mut buffer, &mut self.left_out);
             match read_entry(message, self.start_ns, &self.variables, &self.panels) {
-                Some(IndexEntry::Line(_, line)) => hierarchy.add_names(&line),
+                Some(IndexEntry::Line(time, line)) => {
+                    hierarchy.add_names(&line);
+                    if let Some(topic) = self.retracted_topic(&line).map(str::to_owned)
+                        && let Some(values) = self.seldom.get_mut(&topic)
+                        && let Some(value) = values.last_mut()
+                    {
+                        value.ended = value.ended.or(Some(time));
+                    }
+                }
                 Some(IndexEntry::Cycle(_)) | None => {}
                 Some(IndexEntry::Value(value)) => {
                     let (count, bytes) = often.entry(value.topic.clone()).or_default();
@@ -244,6 +272,7 @@ fn read_entry(
         published,
         measured: message.publish_time.saturating_sub(start),
         message: message.data,
+        ended: None,
     }))
 }
 

@@ -13,6 +13,10 @@ use super::panel_store::PanelStore;
 use super::player::Player;
 use super::publisher::Publisher;
 use crate::failure::Failure;
+use crate::why::KnownSpan;
+
+/// The longest name of an application on the link, bytes.
+const MAX_NAME: usize = 64;
 
 /// A recording that stands still. It can be asked until this value is dropped.
 pub(crate) struct Moment {
@@ -26,16 +30,25 @@ impl Moment {
     /// without one, at the end.
     ///
     /// # Errors
-    /// The recording cannot be read, or nothing can be served.
+    /// The recording cannot be read, it does not cover the time, or nothing can be served.
     pub(crate) fn serve(recording: &Path, at: Option<Nanos>) -> Result<Self, Failure> {
         let mut index = Index::read(recording)?;
+        let known = KnownSpan {
+            from: index.begin as f64 / 1e9,
+            until: index.end as f64 / 1e9,
+        };
+        let outside =
+            at.and_then(|at| known.outside_reason(at as f64 / 1e9, "the messages of the recording"));
+        if let Some(reason) = outside {
+            return Err(Failure::NoMatch(reason));
+        }
         let notes = index.damage().into_iter().chain(index.gaps()).collect();
         let board = Arc::new(Board::new());
         let panels = PanelStore::new(index.panels.values());
         let mut publisher = Publisher::new(&board, &mut index, Arc::clone(&panels));
         let events = Events::of_records();
         // No other process finds it by its application's name.
-        let name = format!("{}-{}", as_name(&index.application), std::process::id());
+        let name = unique_name(&index.application, std::process::id());
         let position = at.unwrap_or(index.end).saturating_add(1);
         let player = Arc::new(Player::new(index, true, 1.0, false, position));
         player.go_to_start(&mut publisher, &events)?;
@@ -48,5 +61,28 @@ impl Moment {
     /// The name under which this process finds it.
     pub(crate) fn name(&self) -> &str {
         &self.link.about().name
+    }
+}
+
+/// Returns a valid name that ends with the number of this process. A long name of an application is cut.
+fn unique_name(application: &str, process: u32) -> String {
+    let number = format!("-{process}");
+    let mut name = as_name(application);
+    // A valid name is ASCII.
+    name.truncate(MAX_NAME - number.len());
+    name + &number
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_name_is_cut_before_the_number() {
+        let long = "robot".repeat(20);
+        let name = unique_name(&long, u32::MAX);
+        assert_eq!((name.len(), name.ends_with("-4294967295")), (64, true), "{name}");
+        assert!(jde_link::is_name(&name));
+        assert_eq!(unique_name("robot2", 7), "robot2-7");
     }
 }

@@ -209,7 +209,10 @@ impl Player {
             }
             match next.take() {
                 Some(IndexEntry::Value(value)) => publisher.publish(&value),
-                Some(IndexEntry::Line(_, line)) => {
+                Some(IndexEntry::Line(time, line)) => {
+                    if let Some(topic) = self.index.retracted_topic(&line) {
+                        publisher.end(topic, time);
+                    }
                     let takeover = matches!(&line, RunRecord::Decision(decision) if decision.changed);
                     events.push(line);
                     if stepping && takeover {
@@ -239,6 +242,9 @@ impl Player {
         publisher.clear(position);
         for value in self.index.latest_values(position)? {
             publisher.publish(&value);
+            if let Some(ended) = value.ended {
+                publisher.end(&value.topic, ended);
+            }
         }
         self.position.store(position, Ordering::Relaxed);
         self.index.entries_from(position)

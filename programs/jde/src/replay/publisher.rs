@@ -138,6 +138,24 @@ impl Publisher {
         }
     }
 
+    /// Ends the value of a topic at a time, as the recording says (R19).
+    pub(super) fn end(&self, topic: &str, time: Nanos) {
+        match self.writers.get(topic) {
+            Some((_, VariableWriter::Export(variable, _))) => variable.retract(),
+            Some((_, VariableWriter::Other(variable))) => {
+                // A command ends by its validity: the same value is published again with another one.
+                let mut reader = variable.reader("recording");
+                let newest = reader.latch(0);
+                let newest = newest.map(|newest| (newest.bytes.to_vec(), newest.stamp.time));
+                drop(reader);
+                if let Some((bytes, measured)) = newest {
+                    let _ = variable.put(WRITER_ID, &bytes, measured, time.saturating_sub(1));
+                }
+            }
+            None => {}
+        }
+    }
+
     /// Retracts every export and clears every panel: the next values belong to another time, `time`.
     pub(super) fn clear(&self, time: Nanos) {
         self.panel_store.clear(time);

@@ -19,6 +19,20 @@ pub(crate) struct KnownSpan {
     pub(crate) until: f64,
 }
 
+impl KnownSpan {
+    /// Returns a reason if a time, s, lies outside the span. `what` is known in the span, in the plural.
+    pub(crate) fn outside_reason(self, at: f64, what: &str) -> Option<String> {
+        let Self { from, until } = self;
+        if at > until + ROUNDING_S {
+            Some(format!("{at} s is after {what}, which end at {until:.2} s"))
+        } else if at < from - ROUNDING_S {
+            Some(format!("{at} s is before {what}, which begin at {from:.2} s"))
+        } else {
+            None
+        }
+    }
+}
+
 /// The answer to a question.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answer<'d> {
@@ -81,19 +95,8 @@ impl Question {
     }
 
     /// Returns a reason if the question's time lies outside the known span.
-    fn out_of_span_reason(&self, KnownSpan { from, until }: KnownSpan) -> Option<String> {
-        let at = self.time_s?;
-        if at > until + ROUNDING_S {
-            Some(format!(
-                "{at} s is after the known selections, which end at {until:.2} s"
-            ))
-        } else if at < from - ROUNDING_S {
-            Some(format!(
-                "{at} s is before the known selections, which begin at {from:.2} s"
-            ))
-        } else {
-            None
-        }
+    fn out_of_span_reason(&self, known: KnownSpan) -> Option<String> {
+        known.outside_reason(self.time_s?, "the known selections")
     }
 
     /// Returns the takeover that the question asks for: the nearest to its time, or the last.

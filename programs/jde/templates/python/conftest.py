@@ -1,3 +1,3 @@
 """Lets pytest run the drives of the folder `tests`, too."""
 
-pytest_plugins = ["jde.testing"]
+from jde.testing import pytest_collect_file  # noqa: F401

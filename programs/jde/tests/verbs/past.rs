@@ -1,10 +1,19 @@
 //! `--in FILE --at TIME`: verbs for running applications ask a recording as it was at a time.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::time::UNIX_EPOCH;
 
+use jde_recorder::{Origin, Recorder, RecorderOptions, Stamps};
+use jde_records::RunRecord;
+use jde_types::Value as _;
 use serde_json::Value;
 
-use crate::support::{RunOutput, jde, jde_with_plugins, json, output_of, root};
+use crate::attached::Sandbox;
+use crate::support::{RunOutput, jde, jde_with_plugins, json, output_of, pair, root};
+
+const MILLISECOND: u64 = 1_000_000;
 
 /// Records twenty seconds of a robot whose commands a guard refuses again and again.
 fn record(folder: &Path) -> String {
@@ -14,6 +23,45 @@ fn record(folder: &Path) -> String {
     let run = output_of(&mut jde_with_plugins(&run));
     assert_eq!(run.status, Some(0), "{}", run.err);
     file
+}
+
+/// Records values of `talker.count`, one each millisecond, which end after 2 s, and one more after 4 s.
+fn record_retracted(folder: &Path, count: u64) -> String {
+    let file = folder.join("retracted.mcap");
+    let options = RecorderOptions {
+        origin: Origin {
+            application: "retracted".to_owned(),
+            seed: 0,
+            started: UNIX_EPOCH,
+            folder: None,
+            file: None,
+            hierarchy: None,
+        },
+        application: None,
+        overwrite: true,
+        lossless: true,
+        on_trouble: Box::new(|error| panic!("{error}")),
+    };
+    let recorder = Recorder::create(&file, options).unwrap();
+    let metadata = BTreeMap::from([("variable".to_owned(), "talker.count".to_owned())]);
+    let topic = recorder.topic("/talker/count", Arc::new(f64::describe()), metadata);
+    let put = |number: u64, published: u64| {
+        let stamps = Stamps {
+            published,
+            measured: published,
+            sequence: number,
+        };
+        assert!(topic.put(&(number as f64).to_ne_bytes(), stamps));
+    };
+    // A recorder that retracts values needs a topic of records.
+    recorder.push_record(RunRecord::retracted(0, "nothing"));
+    for number in 1..=count {
+        put(number, number * MILLISECOND);
+    }
+    topic.retract(2000 * MILLISECOND);
+    put(count + 1, 4000 * MILLISECOND);
+    recorder.finish();
+    file.display().to_string()
 }
 
 /// Asks a recording by a verb, in a folder of its own for what runs.
@@ -68,6 +116,54 @@ fn a_recording_is_asked_as_it_was_at_a_time() {
         "{}",
         wrong.err
     );
+}
+
+#[test]
+fn r19_a_value_that_had_ended_is_not_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    // Of a topic with few values all are kept, of others the newest are searched.
+    for count in [1, 1500] {
+        let file = record_retracted(folder.path(), count);
+        let get = |at: &str| {
+            let got = ask(&file, folder.path(), &["get", "talker.count", "--at", at]);
+            got.out.trim().to_owned()
+        };
+        assert_eq!(get("1.6s").parse::<f64>(), Ok(count as f64));
+        assert_eq!(get("3s"), "no value: it has ended, or was retracted");
+        assert_eq!(get("4s").parse::<f64>(), Ok((count + 1) as f64));
+        let vars = ask(&file, folder.path(), &["vars", "talker.*", "--at", "3s"]);
+        assert!(vars.out.contains("ended"), "{}", vars.out);
+    }
+}
+
+#[test]
+fn a_time_that_a_recording_does_not_cover_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record_retracted(folder.path(), 1);
+    let asked = ["get", "talker.count", "--in", &file, "--at", "99s"];
+    let asked = output_of(jde(&asked).env("JDE_RUNTIME_DIR", folder.path().join("run")));
+    let reason = "99 s is after the messages of the recording, which end at 4.00 s";
+    assert!(
+        asked.status == Some(1) && asked.err.contains(reason),
+        "{}",
+        asked.err
+    );
+}
+
+#[test]
+fn an_application_that_runs_does_not_answer_for_a_recording() {
+    let sandbox = Sandbox::new();
+    let file = record_retracted(sandbox.folder(), 1);
+    let _robot = sandbox.start(&pair(), &["--name", "robot3"]);
+    sandbox.run_ok(&["get", "robot3:talker.count"]);
+    for asked in [
+        ["get", "robot3:talker.count", "--in", &file],
+        ["vars", "robot3:talker.count", "--in", &file],
+        ["ps", "robot3", "--in", &file],
+    ] {
+        let asked = sandbox.run(&asked);
+        assert_eq!(asked.status, Some(2), "{asked:?}");
+    }
 }
 
 #[test]

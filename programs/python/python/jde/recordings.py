@@ -50,7 +50,8 @@ class Recording:
     def value(self, name: str, at: float | None = None) -> Any:
         """Return the newest value that had been published `at` a time of the application, s; without one, the last.
 
-        It is the object that a schema reads, or the part of it that the name ends with; `None` if there was none.
+        It is the object that a schema reads, or the part of it that the name ends with; `None` if there was none, or if it
+        had ended.
         """
         return self._native.value(name, at)
 

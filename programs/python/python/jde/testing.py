@@ -1,7 +1,7 @@
 """Lets pytest run the drives of an application too: each file of a folder `tests` that `jde test` would run is a test.
 
-Where `pip` installed this package, pytest finds it by itself. Elsewhere, a `conftest.py` at the top names it:
-`pytest_plugins = ["jde.testing"]`.
+Where `pip` installed this package, pytest finds it by itself. Elsewhere, a `conftest.py` in the folder of the application or above
+it imports the hook: `from jde.testing import pytest_collect_file`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from jde import _executable
 
 #: The folder of the drives, as `jde test` has it.
 FOLDER = "tests"
+
+#: The files that a collector has. Several plugins may have the hook: the installed package, and each `conftest.py`.
+COLLECTED = pytest.StashKey[set[Path]]()
 
 
 class DriveFailed(Exception):
@@ -62,4 +65,9 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> DriveFile 
         names_one = re.search(r"^application\s*=", file_path.read_text(), re.MULTILINE)
     except (OSError, UnicodeDecodeError):
         return None
-    return DriveFile.from_parent(parent, path=file_path) if names_one else None
+    collected = parent.stash.setdefault(COLLECTED, set())
+    is_known = file_path in collected and not parent.config.getoption("keepduplicates")
+    if names_one is None or is_known:
+        return None
+    collected.add(file_path)
+    return DriveFile.from_parent(parent, path=file_path)

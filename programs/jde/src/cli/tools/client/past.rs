@@ -34,6 +34,7 @@ impl Past {
         }
         *target = Target {
             app: Some(moment.name().to_owned()),
+            is_recording: true,
             ..Target::default()
         };
         Ok(Some(moment))

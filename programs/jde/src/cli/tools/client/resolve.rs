@@ -31,6 +31,10 @@ impl Context {
         {
             return Ok((default.clone(), requested));
         }
+        // A recording is asked alone: the later look-up refuses a prefix that it does not have.
+        if target.is_recording {
+            return Ok((self.remote(target, None)?, requested));
+        }
         let imports = format!("{named}:");
         match (self.remote(target, Some(named)), default) {
             // The variable's name is misspelt: the later look-up in this application suggests the nearest
@@ -75,6 +79,14 @@ impl Context {
 
     /// Returns the application that an argument names. `--app` must not name another one.
     pub(super) fn remote_by_name(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
+        if let Some(named) = named
+            && target.is_recording
+        {
+            return Err(Failure::usage(
+                format!("`{named}` names an application, and --in a recording"),
+                "leave one of them out",
+            ));
+        }
         if let (Some(named), Some(app)) = (named, target.typed_app())
             && named != app
         {

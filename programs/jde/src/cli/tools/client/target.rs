@@ -26,6 +26,10 @@ pub(crate) struct Target {
     /// The credentials: a file with user and password-file, or tls, as in an application that opens its link.
     #[arg(long, env = "JDE_KEY", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) key: Option<PathBuf>,
+    /// Whether it is a recording that this process serves. The defaults, which are of running applications, do
+    /// not apply to it.
+    #[arg(skip)]
+    pub(crate) is_recording: bool,
 }
 
 impl Target {
@@ -159,6 +163,9 @@ impl Context {
     }
 
     fn selector(&self, target: &Target, named: Option<&str>) -> Selector {
+        if target.is_recording {
+            return (target.app.clone(), Vec::new(), None);
+        }
         let defaults = self.target.borrow();
         let at = if target.at.iter().all(String::is_empty) {
             &defaults.at
@@ -261,6 +268,24 @@ mod tests {
         assert_eq!(normalize_endpoint("tcp:robot2:7447"), "tcp/robot2:7447");
         assert_eq!(normalize_endpoint("robot2:7448"), "tcp/robot2:7448");
         assert_eq!(normalize_endpoint("robot2"), "tcp/robot2:7447");
+    }
+
+    #[test]
+    fn a_recording_is_looked_for_on_this_machine_whatever_the_defaults_are() {
+        let context = Context::default();
+        *context.target.borrow_mut() = Target {
+            at: vec!["tcp/robot2:7447".to_owned()],
+            key: Some(PathBuf::from("key.toml")),
+            ..Target::default()
+        };
+        let mut target = Target {
+            app: Some("drive-7".to_owned()),
+            ..Target::default()
+        };
+        assert_eq!(context.selector(&target, None).1, ["tcp/robot2:7447"]);
+        target.is_recording = true;
+        let selector = (Some("drive-7".to_owned()), Vec::new(), None);
+        assert_eq!(context.selector(&target, None), selector);
     }
 
     #[test]
