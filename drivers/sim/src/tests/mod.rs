@@ -328,26 +328,6 @@ fn a_driver_that_restarts_finds_its_robot_at_its_last_pose() {
 }
 
 #[test]
-fn a_contact_is_logged_once_though_the_driver_restarts() {
-    let (_folder, path) = file(TWO_ROBOTS);
-    let (mut left, _right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
-    let touches = |robot: &Robot| {
-        let mut texts = robot.bench.log().iter().map(|(_, text)| text);
-        texts.any(|text| text.starts_with("it touches"))
-    };
-    left.drive(-0.2, 0.0, 8.0);
-    assert_eq!(left.truth().collisions, 1);
-    assert!(touches(&left));
-    let now = left.now;
-    drop(left);
-    let mut again = Robot::awake(&path, "left");
-    again.now = now;
-    again.idle(0.05);
-    assert_eq!(again.truth().collisions, 1);
-    assert!(!touches(&again));
-}
-
-#[test]
 fn a_driver_that_is_dropped_stops_its_robot() {
     let (_folder, path) = file(TWO_ROBOTS);
     let (mut left, mut right) = (Robot::awake(&path, "left"), Robot::awake(&path, "right"));
