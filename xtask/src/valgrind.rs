@@ -43,11 +43,17 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     for (folder, name) in TESTS {
         let program = programs::find(&built, folder, name)?;
         let mut valgrind = Command::new("valgrind");
-        valgrind.args(OPTIONS).envs([ROUNDS]);
+        valgrind.args(OPTIONS).arg(suppressions(context)).envs([ROUNDS]);
         program.run_by(&mut valgrind);
         shell::run(&mut valgrind, context.paint)?;
     }
     Ok(StepOutcome::Passed)
+}
+
+/// Names the file of the errors that are none, each with its reason.
+fn suppressions(context: &Context) -> String {
+    let file = context.root.join("xtask/valgrind.supp");
+    format!("--suppressions={}", file.display())
 }
 
 /// Whether valgrind can start programs.
