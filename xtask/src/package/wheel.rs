@@ -59,11 +59,6 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<PathBuf> {
                 .concat()
         ),
     )?;
-    // pytest finds the drives of applications by itself.
-    fs::write(
-        about.join("entry_points.txt"),
-        "[pytest11]\njde.testing = jde.testing\n",
-    )?;
     let platform = format!("linux_{}", std::env::consts::ARCH);
     fs::write(
         about.join("WHEEL"),

@@ -1,7 +1,7 @@
 """Lets pytest run the drives of an application too: each file of a folder `tests` that `jde test` would run is a test.
 
-Where `pip` installed this package, pytest finds it by itself. Elsewhere, a `conftest.py` in the folder of the application or above
-it imports the hook: `from jde.testing import pytest_collect_file`.
+A `conftest.py` in the folder of the application or above it imports the hook: `from jde.testing import pytest_collect_file`.
+The package does not state it as an entry point: pytest would compile its modules anew, into files that `pip` leaves behind.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from jde import _executable
 #: The folder of the drives, as `jde test` has it.
 FOLDER = "tests"
 
-#: The files that a collector has. Several plugins may have the hook: the installed package, and each `conftest.py`.
+#: The files that a collector has. Several plugins may have the hook: this module, and each `conftest.py`.
 COLLECTED = pytest.StashKey[set[Path]]()
 
 
