@@ -22,6 +22,7 @@ export class View {
   #names = "";
   #acting = "";
   #stoppedBy = "";
+  #missed = 0;
 
   constructor(controls) {
     this.#controls = controls;
@@ -43,6 +44,8 @@ export class View {
 
   state(state) {
     this.silent = state.silent_s ?? 0;
+    if (state.missed > this.#missed) this.notice(`${state.missed - this.#missed} lines were lost on the way from the robot.`);
+    this.#missed = state.missed;
     const ending = byId("ending");
     ending.hidden = !state.ending && !state.standstill;
     if (state.ending) {
