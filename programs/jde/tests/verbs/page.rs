@@ -272,7 +272,8 @@ fn other_sites_other_names_and_wrong_tokens_are_refused() {
     ] {
         let mut page = run.open(Some(&run.origin)).expect("the page's own socket");
         page.say(&first);
-        assert_eq!(page.read()["t"], "refused", "{first}");
+        let refused = page.read();
+        assert!(refused["t"] == "refused" && refused["is_token"] == true, "{refused}");
         assert!(
             page.socket.read().is_ok_and(|message| message.is_close()),
             "{first}"
@@ -342,6 +343,25 @@ fn pages_that_do_not_read_or_talk_nonsense_delay_nobody() {
     // Too long for a page: its socket ends, and no other.
     unread[8].say(&json!({ "do": "x".repeat(5000) }));
     page.next("state");
+}
+
+#[test]
+fn r14_those_who_only_look_leave_places_to_those_who_may_stop() {
+    let sandbox = Sandbox::new();
+    let run = PageRun::start(&sandbox, &pair(), &["--web"]);
+    let (_, welcome) = run.enter(&run.token);
+    let token = read_token(&welcome);
+    let _looking: Vec<Visitor> = (0..48).map(|_| run.enter(&token).0).collect();
+    let mut late = run.open(Some(&run.origin)).expect("the page's own socket");
+    late.say(&json!({ "do": "enter", "token": token }));
+    let refused = late.read();
+    // Its token is right, so the page keeps it and tries again.
+    assert!(
+        refused["t"] == "refused" && refused["is_token"] == false,
+        "{refused}"
+    );
+    let (mut page, _) = run.enter(&run.token);
+    assert_eq!(page.order("stop-all")["ok"], true);
 }
 
 #[test]
