@@ -273,7 +273,10 @@ fn other_sites_other_names_and_wrong_tokens_are_refused() {
         let mut page = run.open(Some(&run.origin)).expect("the page's own socket");
         page.say(&first);
         let refused = page.read();
-        assert!(refused["t"] == "refused" && refused["is_token"] == true, "{refused}");
+        assert!(
+            refused["t"] == "refused" && refused["is_token"] == true,
+            "{refused}"
+        );
         assert!(
             page.socket.read().is_ok_and(|message| message.is_close()),
             "{first}"
