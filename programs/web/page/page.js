@@ -120,10 +120,10 @@ function take(message) {
       view.welcome(message);
       pad.choose(right === "operate" ? message.drive : []);
       setConnection("open", "Connected");
-      if (right !== "operate") sayStop("This page looks only: it cannot stop the robot.", "plain");
-      else if (byId("stop-text").textContent.startsWith("This page looks")) sayStop("", "plain");
+      if (right !== "operate") sayStop(`This page cannot stop the robot: ${message.looks_only}.`, "plain");
+      else if (byId("stop-text").textContent.startsWith("This page cannot")) sayStop("", "plain");
       if (stop) sendStop();
-      if (view.opened) send({ do: "watch", schema: view.opened });
+      view.look();
       break;
     case "state":
       lastState = performance.now();
@@ -141,8 +141,9 @@ function take(message) {
     case "log":
       view.log(message);
       break;
-    case "values":
-      view.values(message);
+    case "looks":
+      send({ do: "taken" });
+      view.looks(message.news);
       break;
     case "answer":
       if (stop?.id === message.id) stopAnswered(message);

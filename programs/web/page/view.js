@@ -163,7 +163,16 @@ export class View {
       row.button.setAttribute("aria-expanded", "true");
       row.item.append(this.#details(name, row.detail));
     }
-    if (!again || row) this.#controls.order({ do: "watch", schema: row ? name : null });
+    if (!again || row) this.look();
+  }
+
+  /** Says what this page shows beside the state. */
+  look() {
+    this.#controls.order({ do: "look", at: this.#rows.has(this.opened) ? [{ what: "values", of: this.opened }] : [] });
+  }
+
+  looks(news) {
+    for (const { topic, parts } of news) if (topic.of === this.opened) this.#values(parts);
   }
 
   #details(name, type) {
@@ -209,11 +218,14 @@ export class View {
     return place;
   }
 
-  values({ schema, values }) {
-    if (schema !== this.opened) return;
-    const body = this.#rows.get(schema)?.item.querySelector("tbody");
+  #values(values) {
+    const body = this.#rows.get(this.opened)?.item.querySelector("tbody");
     if (!body) return;
     for (const value of values) {
+      if (value.error) {
+        this.notice(value.error);
+        continue;
+      }
       let row = [...body.children].find((known) => known.dataset.name === value.name);
       if (!row) {
         row = element("tr");

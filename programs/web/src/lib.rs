@@ -9,10 +9,12 @@
 //! a token. It sets no cookie and stores nothing.
 
 mod drive;
+mod feeds;
 mod files;
 mod http;
 mod log;
 mod model;
+mod newcomers;
 mod order;
 mod origin;
 mod server;

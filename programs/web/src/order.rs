@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use crate::feeds::Topic;
+
 /// The longest name of a person, in characters.
 const MAX_NAME: usize = 32;
 
@@ -37,10 +39,12 @@ pub(crate) enum Order {
         id: u64,
         schema: String,
     },
-    /// Show the values of a schema, or of none.
-    Watch {
-        schema: Option<String>,
+    /// Show this and nothing else beside the state.
+    Look {
+        at: Vec<Topic>,
     },
+    /// What was shown last has arrived.
+    Taken {},
     /// The pad is held. Repeated for as long as it is.
     Drive(DriveOrder),
     /// The pad was let go.

@@ -13,13 +13,16 @@ use jde_link::Remote;
 use jde_link::message::Action;
 use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::Builder;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
+use tokio::sync::{Semaphore, oneshot, watch};
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 use tokio_rustls::TlsAcceptor;
 
+use crate::feeds::{self, Feeds};
 use crate::model::Model;
+use crate::newcomers::{Newcomers, Place};
 use crate::origin::Places;
 use crate::settings::{Right, Settings};
 use crate::state::{self, DrivingView};
@@ -56,13 +59,16 @@ pub(crate) struct Page {
     pub(crate) tokens: Tokens,
     pub(crate) places: Places,
     pub(crate) addresses: Addresses,
+    /// Whether the application lets this process only read, so that no page can operate.
+    pub(crate) is_link_read_only: bool,
     /// The newest state. It ends with the page.
     pub(crate) state: watch::Receiver<String>,
     /// Those who drive by hand, by teleoperator, each with the number of the socket.
     pub(crate) drivers: Mutex<HashMap<String, (u64, DrivingView)>>,
+    pub(crate) feeds: Feeds,
     pub(crate) seats: Arc<Semaphore>,
     pub(crate) onlookers: Arc<Semaphore>,
-    newcomers: Arc<Semaphore>,
+    newcomers: Arc<Newcomers>,
     sockets: AtomicU64,
     started: Instant,
 }
@@ -104,8 +110,14 @@ pub fn serve(
     let acceptor = settings.tls.as_ref().map(tls::acceptor).transpose()?;
     let (gone, was_gone) = oneshot::channel();
     remote.on_gone(move || _ = gone.send(()));
+    let is_link_read_only = !remote.may_operate();
+    let access = if is_link_read_only {
+        Right::Read
+    } else {
+        settings.access
+    };
     let model = Model::open(remote)?;
-    let tokens = Tokens::new(settings.access)?;
+    let tokens = Tokens::new(access)?;
     // The link's library refuses to be called below a runtime of one thread.
     let runtime = Builder::new_multi_thread()
         .worker_threads(2)
@@ -129,17 +141,20 @@ pub fn serve(
             tokens,
             places,
             addresses,
+            is_link_read_only,
             state,
             drivers: Mutex::default(),
+            feeds: Feeds::default(),
             seats: Arc::new(Semaphore::new(MAX_PAGES)),
             onlookers: Arc::new(Semaphore::new(MAX_ONLOOKERS)),
-            newcomers: Arc::new(Semaphore::new(MAX_NEWCOMERS)),
+            newcomers: Newcomers::new(MAX_NEWCOMERS),
             sockets: AtomicU64::new(1),
             started: Instant::now(),
         });
         tokio::select! {
             () = accept(&page, &listener, acceptor.as_ref()) => {}
             () = refresh(&page, &newest) => {}
+            () = feeds::keep(&page) => {}
             _ = was_gone => {}
             () = ended => {}
         }
@@ -209,8 +224,8 @@ fn outgoing() -> IpAddr {
 
 async fn accept(page: &Arc<Page>, listener: &TcpListener, acceptor: Option<&TlsAcceptor>) {
     loop {
-        let stream = match listener.accept().await {
-            Ok((stream, _)) => stream,
+        let (stream, from) = match listener.accept().await {
+            Ok((stream, from)) => (stream, from.ip()),
             Err(error) => {
                 // No descriptor is free, or the browser is gone already.
                 tracing::debug!("a browser cannot be served: {error}");
@@ -218,11 +233,11 @@ async fn accept(page: &Arc<Page>, listener: &TcpListener, acceptor: Option<&TlsA
                 continue;
             }
         };
-        if let Ok(newcomer) = Arc::clone(&page.newcomers).try_acquire_owned() {
+        if let Some(place) = page.newcomers.admit(page.next_socket(), from) {
             let (page, acceptor) = (Arc::clone(page), acceptor.cloned());
             tokio::spawn(async move {
                 // A browser that is gone, or says nonsense, is nobody's fault.
-                if let Err(error) = connection(page, stream, acceptor, newcomer).await {
+                if let Err(error) = connection(page, (stream, from), acceptor, place).await {
                     tracing::debug!("a connection of a browser ended: {error}");
                 }
             });
@@ -232,25 +247,40 @@ async fn accept(page: &Arc<Page>, listener: &TcpListener, acceptor: Option<&TlsA
 
 async fn connection(
     page: Arc<Page>,
-    stream: TcpStream,
+    (stream, from): (TcpStream, IpAddr),
     acceptor: Option<TlsAcceptor>,
-    newcomer: OwnedSemaphorePermit,
+    mut place: Place,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let (arrived_at, from) = (stream.local_addr()?, stream.peer_addr()?.ip());
-    match acceptor {
-        None => {
-            let mut stream = stream;
-            if http::answer(&mut stream, &page.places, arrived_at).await? {
-                socket::serve(page, stream, from, newcomer).await;
-            }
+    let arrived = (from, stream.local_addr()?);
+    let Some(acceptor) = acceptor else {
+        return visit(page, stream, arrived, place).await;
+    };
+    match place.during(timeout(GREETING, acceptor.accept(stream))).await {
+        Some(greeted) => visit(page, greeted??, arrived, place).await,
+        None => Ok(()),
+    }
+}
+
+async fn visit<S>(
+    page: Arc<Page>,
+    mut stream: S,
+    (from, arrived_at): (IpAddr, SocketAddr),
+    mut place: Place,
+) -> io::Result<()>
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let entering = async {
+        if !http::answer(&mut stream, &page.places, arrived_at).await? {
+            return io::Result::Ok(None);
         }
-        Some(acceptor) => {
-            let mut stream = timeout(GREETING, acceptor.accept(stream)).await??;
-            if http::answer(&mut stream, &page.places, arrived_at).await? {
-                socket::serve(page, stream, from, newcomer).await;
-            }
-        }
+        Ok(socket::enter(&page, stream, from).await)
+    };
+    let entered = place.during(entering).await.unwrap_or(Ok(None))?;
+    drop(place);
+    if let Some(entered) = entered {
+        socket::serve(page, entered).await;
     }
     Ok(())
 }

@@ -3,9 +3,9 @@
 //! Reading and writing are apart, so that a page that does not read still stops the robot. What it does not read in time
 //! is left out: it gets the newest state, and no older one.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use futures_util::stream::{SplitSink, SplitStream};
@@ -22,10 +22,10 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
 use crate::drive;
+use crate::feeds::Topic;
 use crate::order::{self, DriveOrder, Order};
 use crate::server::{MAX_PAGES, Page};
 use crate::settings::Right;
-use crate::values::Values;
 
 /// The longest message of a page, bytes.
 const MAX_MESSAGE: usize = 4096;
@@ -52,6 +52,10 @@ const MAX_NONSENSE: u32 = 100;
 const MAX_ANSWERS: usize = 32;
 /// Orders of a page that wait for the application, and stops beside them.
 const MAX_ORDERS: usize = 2;
+/// What a page looks at, at once.
+const MAX_TOPICS: usize = 4;
+/// Bytes of it per second, and at once: no part is longer.
+const LOOKS: (f64, f64) = (400e3, 400e3);
 /// Lines of the log in one message.
 const MAX_LINES: usize = 50;
 
@@ -61,19 +65,26 @@ type Source<S> = SplitStream<WebSocketStream<S>>;
 /// What reading and writing of a page share.
 struct Visit {
     page: Arc<Page>,
+    number: u64,
     right: Right,
     by: String,
     answers: mpsc::Sender<String>,
     drive: watch::Sender<Option<(DriveOrder, Instant)>>,
-    values: Arc<Mutex<Option<Values>>>,
-    /// The number of the newest request for values.
-    watched: Arc<AtomicU64>,
+    looks: Mutex<Looks>,
     orders: Arc<Semaphore>,
     stops: Arc<Semaphore>,
 }
 
-/// Serves a page until it leaves. `newcomer` is its place among those without a token.
-pub(crate) async fn serve<S>(page: Arc<Page>, stream: S, from: IpAddr, newcomer: OwnedSemaphorePermit)
+/// A page that has shown a token.
+pub(crate) struct Entered<S> {
+    socket: (Sink<S>, Source<S>),
+    right: Right,
+    by: String,
+    _seats: (OwnedSemaphorePermit, Option<OwnedSemaphorePermit>),
+}
+
+/// Reads the token of a page; `None` if it has none, or if there is no seat.
+pub(crate) async fn enter<S>(page: &Page, stream: S, from: IpAddr) -> Option<Entered<S>>
 where
     S: AsyncRead + AsyncWrite + Unpin,
 {
@@ -85,26 +96,52 @@ where
     let socket = WebSocketStream::from_raw_socket(stream, Role::Server, Some(limits)).await;
     let (mut sink, mut source) = socket.split();
     // What arrives late is no token, and its page tries again.
-    let Ok(Some(Ok(first))) = timeout(ENTRY, source.next()).await else {
-        return;
-    };
-    let Some((right, by)) = enter(&page, &first, from) else {
+    let first = timeout(ENTRY, source.next()).await.ok()??.ok()?;
+    let Some((right, by)) = identify(page, &first, from) else {
         sleep(WRONG_TOKEN).await;
         let text = "This address is not valid any more: the robot makes a new one at each start.";
         send_off(&mut sink, text, true).await;
-        return;
+        return None;
     };
     let onlooker = match right {
         Right::Operate => Ok(None),
         Right::Read => Arc::clone(&page.onlookers).try_acquire_owned().map(Some),
     };
     let seat = Arc::clone(&page.seats).try_acquire_owned();
-    let (Ok(_onlooker), Ok(_seat)) = (onlooker, seat) else {
+    let (Ok(onlooker), Ok(seat)) = (onlooker, seat) else {
         let text = format!("{MAX_PAGES} pages are open, and no more are served.");
         send_off(&mut sink, &text, false).await;
-        return;
+        return None;
     };
-    drop(newcomer);
+    Some(Entered {
+        socket: (sink, source),
+        right,
+        by,
+        _seats: (seat, onlooker),
+    })
+}
+
+/// What a page looks at.
+#[derive(Default)]
+struct Looks {
+    /// Each with the newest version that was sent.
+    topics: BTreeMap<Topic, u64>,
+    /// Whether the page has not said yet that it has taken the last message: nothing more is sent until then, so that no
+    /// answer waits behind more than one.
+    is_untaken: bool,
+}
+
+/// Serves a page until it leaves.
+pub(crate) async fn serve<S>(page: Arc<Page>, entered: Entered<S>)
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let Entered {
+        socket: (mut sink, mut source),
+        right,
+        by,
+        _seats,
+    } = entered;
     let number = page.next_socket();
     let (answers, waiting) = mpsc::channel(MAX_ANSWERS);
     let (drive, wanted) = watch::channel(None);
@@ -113,12 +150,12 @@ where
     tokio::spawn(drive::run(Arc::clone(&page), driver, wanted, answers.clone()));
     let welcome = welcome(&page, right, &by);
     let visit = Visit {
+        number,
         right,
         by,
         answers,
         drive,
-        values: Arc::default(),
-        watched: Arc::default(),
+        looks: Mutex::default(),
         orders: Arc::new(Semaphore::new(MAX_ORDERS)),
         stops: Arc::new(Semaphore::new(MAX_ORDERS)),
         page,
@@ -128,12 +165,12 @@ where
         () = read(&visit, &mut source) => {}
         () = write(&visit, &mut sink, welcome, waiting) => {}
     }
-    visit.watch(None);
+    visit.page.feeds.want(number, right, BTreeSet::new());
     let _ = timeout(BEAT, sink.close()).await;
 }
 
 /// Reads the token. Returns the right that it gives, and the name of the person.
-fn enter(page: &Page, first: &Message, from: IpAddr) -> Option<(Right, String)> {
+fn identify(page: &Page, first: &Message, from: IpAddr) -> Option<(Right, String)> {
     let Ok(Order::Enter { token, name }) = Order::read(first.to_text().ok()?) else {
         return None;
     };
@@ -171,6 +208,11 @@ fn welcome(page: &Page, right: Right, by: &str) -> String {
         "host": about.host,
         "replay": about.executor == "replay",
         "drive": if may_operate { teleoperators.collect() } else { Vec::new() },
+        "looks_only": match (may_operate, page.is_link_read_only) {
+            (true, _) => "",
+            (false, true) => LINK_LOOKS_ONLY,
+            (false, false) => LOOKS_ONLY,
+        },
         "share": may_operate.then_some(&page.addresses.read),
     })
     .to_string()
@@ -222,6 +264,7 @@ where
     let mut ticks = interval(BEAT);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let (mut line, mut is_ending, mut first) = (0, false, Some(welcome));
+    let mut budget = TokenBucket::with_burst(LOOKS.0, LOOKS.1, Instant::now());
     while !is_ending {
         let mut messages: Vec<String> = first.take().into_iter().collect();
         tokio::select! {
@@ -241,12 +284,7 @@ where
                 if visit.drive.borrow().is_some() {
                     messages.extend(visit.tick());
                 }
-                if let Some(values) = &*visit.values.lock() {
-                    let changed = values.take_changed();
-                    if !changed.is_empty() {
-                        messages.push(json!({ "t": "values", "schema": values.schema, "values": changed }).to_string());
-                    }
-                }
+                messages.extend(visit.look(&mut budget));
             }
         }
         for message in messages {
@@ -265,7 +303,8 @@ impl Visit {
     fn take(&self, order: Order) {
         match order {
             Order::Enter { .. } | Order::Alive {} => {}
-            Order::Watch { schema } => self.watch(schema),
+            Order::Look { at } => self.look_at(at),
+            Order::Taken {} => self.looks.lock().is_untaken = false,
             Order::StopAll { id } => self.order(id, Action::StopAll, &self.stops),
             Order::ReleaseAll { id } => self.order(id, Action::ReleaseAll, &self.orders),
             Order::Play { id, schema } => self.order(id, Action::Play { schema }, &self.orders),
@@ -330,43 +369,35 @@ impl Visit {
         });
     }
 
-    fn watch(&self, schema: Option<String>) {
-        let number = self.watched.fetch_add(1, Ordering::Relaxed) + 1;
-        let newest = Arc::clone(&self.watched);
-        let Some(schema) = schema else {
-            let before = self.values.lock().take();
-            // To end subscriptions waits for the link.
-            tokio::task::spawn_blocking(move || drop(before));
-            return;
-        };
-        let Ok(permit) = Arc::clone(&self.orders).try_acquire_owned() else {
-            return self.say(&json!({ "t": "refused", "text": "the orders before have no answer yet" }));
-        };
-        let (page, slot, answers) = (
-            Arc::clone(&self.page),
-            Arc::clone(&self.values),
-            self.answers.clone(),
-        );
-        tokio::task::spawn_blocking(move || {
-            let _permit = permit;
-            match Values::open(&page.model, &schema) {
-                // Of two that are opened at once, the one that was asked for last stays.
-                Ok(values) => {
-                    let mut slot = slot.lock();
-                    let is_newest = newest.load(Ordering::Relaxed) == number;
-                    let before = if is_newest {
-                        slot.replace(values)
-                    } else {
-                        Some(values)
-                    };
-                    drop(slot);
-                    drop(before);
-                }
-                Err(text) => {
-                    let _ = answers.try_send(json!({ "t": "refused", "text": text }).to_string());
-                }
+    fn look_at(&self, topics: Vec<Topic>) {
+        let topics: BTreeSet<_> = topics.into_iter().take(MAX_TOPICS).collect();
+        let mut looks = self.looks.lock();
+        looks.topics = topics.iter().map(|topic| (topic.clone(), 0)).collect();
+        drop(looks);
+        self.page.feeds.want(self.number, self.right, topics);
+    }
+
+    /// Returns the message of what is new of all that the page looks at, as far as its budget of bytes allows.
+    fn look(&self, budget: &mut TokenBucket) -> Option<String> {
+        let mut looks = self.looks.lock();
+        if looks.is_untaken {
+            return None;
+        }
+        let mut news = Vec::new();
+        for (topic, seen) in &mut looks.topics {
+            let newer = self.page.feeds.get(topic).and_then(|feed| feed.after(*seen));
+            if let Some((version, parts)) = newer
+                && budget.try_take_all(parts.len(), Instant::now())
+            {
+                *seen = version;
+                let topic = serde_json::to_string(topic).unwrap_or_default();
+                news.push(format!(r#"{{"topic":{topic},"parts":{parts}}}"#));
             }
-        });
+        }
+        looks.is_untaken = !news.is_empty();
+        looks
+            .is_untaken
+            .then(|| format!(r#"{{"t":"looks","news":[{}]}}"#, news.join(",")))
     }
 
     fn say(&self, message: &serde_json::Value) {
@@ -374,5 +405,6 @@ impl Visit {
     }
 }
 
-/// The answer to whoever may not operate.
+/// Why a page may not operate.
 const LOOKS_ONLY: &str = "this address only looks: it has no right to operate";
+const LINK_LOOKS_ONLY: &str = "the application lets clients from the network only read; to operate, serve the page on the robot itself, or set access = \"operate\" in its [link]";

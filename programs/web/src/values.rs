@@ -1,13 +1,12 @@
-//! The values of the schema that a page shows, at a low rate, as text. The newest value wins.
+//! The values of a schema at a low rate: as text, and as numbers for curves. The newest value wins.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_board::value::Value;
-use jde_link::{Rate, Sample, Subscription};
-use parking_lot::Mutex;
+use jde_link::{Rate, Subscription};
 use serde::Serialize;
 
+use crate::feeds::Parts;
 use crate::model::Model;
 
 /// How often a page shows a value.
@@ -19,83 +18,93 @@ const MAX_BYTES: usize = 1024;
 /// The longest text of a value, in characters.
 const MAX_TEXT: usize = 300;
 
+/// Numbers of a value that a page can draw over time.
+const MAX_NUMBERS: usize = 16;
+
 /// A value as a page shows it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct ValueText {
+struct ValueView {
     name: String,
     access: String,
     doc: String,
     text: String,
+    /// When it was written, s.
+    time_s: f64,
+    /// Its numbers, each with the name of its field.
+    numbers: Vec<(String, f64)>,
 }
 
-/// The values of a schema, for as long as a page shows them.
-pub(crate) struct Values {
-    pub(crate) schema: String,
-    changed: Arc<Mutex<BTreeMap<usize, ValueText>>>,
-    _subscriptions: Vec<Subscription>,
-}
-
-impl Values {
-    /// Subscribes to the variables of a schema. Waits for the link.
-    ///
-    /// # Errors
-    /// There is no such schema, or no connection.
-    pub(crate) fn open(model: &Model, schema: &str) -> Result<Self, String> {
-        if !model.schemas.schemas.iter().any(|known| known.name == schema) {
-            return Err(format!("there is no schema `{schema}`"));
+/// Subscribes to the variables of a schema, which become the parts of a topic. Waits for the link.
+///
+/// # Errors
+/// There is no such schema, or no connection.
+pub(crate) fn open(model: &Model, schema: &str, parts: &Arc<Parts>) -> Result<Vec<Subscription>, String> {
+    if !model.schemas.schemas.iter().any(|known| known.name == schema) {
+        return Err(format!("there is no schema `{schema}`"));
+    }
+    let mut subscriptions = Vec::new();
+    let of_schema = model.variables.iter().filter(|variable| variable.owner == schema);
+    for (place, variable) in of_schema.take(MAX_VARIABLES).enumerate() {
+        let mut view = ValueView {
+            name: variable.variable.clone(),
+            access: variable.access.clone(),
+            doc: variable.doc.clone(),
+            text: "no value yet".to_owned(),
+            time_s: 0.0,
+            numbers: Vec::new(),
+        };
+        let value_type = variable.value_type().map_err(|error| error.to_string())?;
+        if value_type.bytes > MAX_BYTES {
+            view.text = format!("{}: too large to be shown as text", variable.type_name);
+            parts.set(place, &view);
+            continue;
         }
-        let changed: Arc<Mutex<BTreeMap<usize, ValueText>>> = Arc::default();
-        let mut subscriptions = Vec::new();
-        let of_schema = model.variables.iter().filter(|variable| variable.owner == schema);
-        for (place, variable) in of_schema.take(MAX_VARIABLES).enumerate() {
-            let shown = ValueText {
-                name: variable.variable.clone(),
-                access: variable.access.clone(),
-                doc: variable.doc.clone(),
-                text: "no value yet".to_owned(),
+        parts.set(place, &view);
+        let sink = Arc::clone(parts);
+        let (unit, choices) = (variable.unit.clone(), variable.range.choices.clone());
+        let watched = model.remote.watch(&variable.name, RATE, move |sample| {
+            view.time_s = sample.time as f64 / 1e9;
+            view.numbers.clear();
+            view.text = match sample.value() {
+                Some(value) => {
+                    let value = value.into_only_field();
+                    numbers("", &value, &mut view.numbers);
+                    text(value, &unit, &choices)
+                }
+                None => "no value".to_owned(),
             };
-            let value_type = variable.value_type().map_err(|error| error.to_string())?;
-            if value_type.bytes > MAX_BYTES {
-                let text = format!("{}: shown in the windows of jde view", variable.type_name);
-                changed.lock().insert(place, ValueText { text, ..shown });
-                continue;
-            }
-            changed.lock().insert(place, shown.clone());
-            let (sink, unit, choices) = (
-                Arc::clone(&changed),
-                variable.unit.clone(),
-                variable.range.choices.clone(),
-            );
-            let watched = model.remote.watch(&variable.name, RATE, move |sample| {
-                let text = text(&sample, &unit, &choices);
-                sink.lock().insert(
-                    place,
-                    ValueText {
-                        text,
-                        ..shown.clone()
-                    },
-                );
-            });
-            subscriptions.push(watched.map_err(|error| error.to_string())?);
-        }
-        Ok(Self {
-            schema: schema.to_owned(),
-            changed,
-            _subscriptions: subscriptions,
-        })
+            sink.set(place, &view);
+        });
+        subscriptions.push(watched.map_err(|error| error.to_string())?);
     }
+    Ok(subscriptions)
+}
 
-    /// Returns the values that changed since the last call.
-    pub(crate) fn take_changed(&self) -> Vec<ValueText> {
-        std::mem::take(&mut *self.changed.lock()).into_values().collect()
+/// Adds the numbers of a value, each with the name of its field.
+fn numbers(name: &str, value: &Value, all: &mut Vec<(String, f64)>) {
+    let mut add = |part: &str, value: &Value| {
+        let name = if name.is_empty() {
+            part.to_owned()
+        } else {
+            format!("{name}.{part}")
+        };
+        numbers(&name, value, all);
+    };
+    match value {
+        Value::Map(fields) => fields.iter().for_each(|(part, value)| add(part, value)),
+        Value::List(list) => (0..)
+            .zip(list)
+            .for_each(|(place, value)| add(&format!("{place}"), value)),
+        Value::Float(_) | Value::Bool(_) | Value::Int(_) | Value::UInt(_) | Value::Text(_) => {
+            let number = value
+                .as_number()
+                .filter(|number| number.is_finite() && all.len() < MAX_NUMBERS);
+            all.extend(number.map(|number| (name.to_owned(), number)));
+        }
     }
 }
 
-fn text(sample: &Sample, unit: &str, choices: &[String]) -> String {
-    let Some(value) = sample.value() else {
-        return "no value".to_owned();
-    };
-    let value = value.into_only_field();
+fn text(value: Value, unit: &str, choices: &[String]) -> String {
     let chosen = value.as_number().and_then(|number| choices.get(number as usize));
     if let Some(chosen) = chosen {
         return chosen.clone();

@@ -33,6 +33,8 @@ pub(crate) struct Connection {
     /// them.
     client: String,
     shared: bool,
+    /// Whether it is the private socket of an application on this machine.
+    is_private: bool,
 }
 
 /// A reply with its attachment.
@@ -93,7 +95,8 @@ impl Connection {
             });
             match opened {
                 Ok(session) => {
-                    return Self::from_session(session, endpoint, false);
+                    let opened = Self::from_session(session, endpoint, false)?;
+                    return Ok(opened.into_private());
                 }
                 // The application holds the lock on its announcement, so it runs. A socket refuses at once
                 // when more clients connect than it accepts at a time.
@@ -117,7 +120,13 @@ impl Connection {
             endpoint,
             client: new_id()?,
             shared,
+            is_private: false,
         })
+    }
+
+    fn into_private(mut self) -> Self {
+        self.is_private = true;
+        self
     }
 
     pub(super) fn network(endpoint: &str, login: Option<&Login>, tls: Option<&Tls>) -> Result<Self, Error> {
@@ -161,6 +170,10 @@ impl Connection {
                 waited: super::REPLY_TIMEOUT,
             }),
         }
+    }
+
+    pub(super) fn is_private(&self) -> bool {
+        self.is_private
     }
 
     pub(super) fn endpoint(&self) -> &str {

@@ -21,7 +21,7 @@ use super::{Hold, PanelSample, REPLY_TIMEOUT, ReceivedEvent, Sample, events, key
 use crate::decode::{self, Refused};
 use crate::folder::new_id;
 use crate::keys::{self as key, Keys, Rate};
-use crate::message::{About, Action, OperateReply, Request, Schemas, VariableInfo};
+use crate::message::{About, Action, Network, OperateReply, Request, Schemas, VariableInfo};
 use crate::server::no_panel;
 use crate::{Error, client::complaint::Complaint};
 
@@ -88,6 +88,12 @@ impl Remote {
     #[must_use]
     pub fn about(&self) -> &About {
         &self.inner.about
+    }
+
+    /// Whether the application lets this client operate: on its own machine always, across a network as it states.
+    #[must_use]
+    pub fn may_operate(&self) -> bool {
+        self.inner.connection.is_private() || self.inner.about.network == Network::Operate
     }
 
     /// Whether the application is reachable.

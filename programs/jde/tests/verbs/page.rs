@@ -1,8 +1,8 @@
 //! The page for browsers, with real processes and sockets: who gets in, what a page may do, and when it ends.
 
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpStream};
-use std::process::{Child, ChildStderr, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
@@ -11,7 +11,7 @@ use tungstenite::client::ClientRequestBuilder;
 use tungstenite::{Message, WebSocket};
 
 use crate::attached::Sandbox;
-use crate::support::{jde_with_plugins, pair, root};
+use crate::support::{jde, jde_with_plugins, pair, root};
 
 /// A run with a page. It is killed when dropped.
 struct PageRun {
@@ -19,7 +19,7 @@ struct PageRun {
     /// `http://127.0.0.1:7480`.
     origin: String,
     token: String,
-    _errors: BufReader<ChildStderr>,
+    _output: Box<dyn BufRead>,
 }
 
 impl Drop for PageRun {
@@ -31,24 +31,31 @@ impl Drop for PageRun {
 
 impl PageRun {
     fn start(sandbox: &Sandbox, application: &str, options: &[&str]) -> Self {
-        let mut command = sandbox.command(jde_with_plugins(&["run", application, "--plain"]));
-        let command = command.args(options).stdin(Stdio::null()).stdout(Stdio::null());
+        let mut command = jde_with_plugins(&["run", application, "--plain"]);
+        command.args(options).stdout(Stdio::null()).stderr(Stdio::piped());
+        Self::of(sandbox, command)
+    }
+
+    /// Starts what prints the address of a page, to what is piped.
+    fn of(sandbox: &Sandbox, command: Command) -> Self {
+        let mut command = sandbox.command(command);
         let mut process = command
-            .stderr(Stdio::piped())
+            .stdin(Stdio::null())
             .spawn()
             .expect("the executable starts");
-        let mut errors = BufReader::new(process.stderr.take().expect("it is piped"));
+        let mut output: Box<dyn BufRead> = match process.stdout.take() {
+            Some(output) => Box::new(BufReader::new(output)),
+            None => Box::new(BufReader::new(process.stderr.take().expect("it is piped"))),
+        };
         let address = loop {
             let mut line = String::new();
             assert!(
-                errors.read_line(&mut line).expect("text") > 0,
+                output.read_line(&mut line).expect("text") > 0,
                 "the run ended early"
             );
-            if let Some((_, address)) = line
-                .trim()
-                .split_once(": ")
-                .filter(|(what, _)| what.starts_with("page"))
-            {
+            if let Some((_, address)) = line.trim().split_once(": ").filter(|(what, address)| {
+                (what.starts_with("page") || *what == "to look only") && address.contains("/#")
+            }) {
                 break address.to_owned();
             }
         };
@@ -57,7 +64,7 @@ impl PageRun {
             process,
             origin: origin.to_owned(),
             token: token.to_owned(),
-            _errors: errors,
+            _output: output,
         }
     }
 
@@ -234,6 +241,68 @@ fn a_page_that_looks_operates_nothing() {
     assert_eq!(page.next("drive")["held"], false);
     let state = page.next("state");
     assert!(state["stopped"].is_null() && !drives(&state), "{state}");
+}
+
+#[test]
+fn a_page_of_a_link_that_only_reads_says_so_and_offers_nothing_else() {
+    let sandbox = Sandbox::new();
+    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("tcp/{}", socket.local_addr().expect("an address"));
+    drop(socket);
+    let text = std::fs::read_to_string(safe_navigation()).expect("the application exists");
+    let link = format!("[link]\nlisten = [\"{address}\"]\ninsecure = true\naccess = \"read\"\n");
+    let text = text.replace("\"../", &format!("\"{}/", root().display()));
+    let file = sandbox.folder().join("open.toml");
+    std::fs::write(&file, format!("{text}\n{link}")).expect("the folder is writable");
+    let _robot = sandbox.start(&file.display().to_string(), &[]);
+    let mut command = jde(&["web", "--at", &address]);
+    command.stdout(Stdio::piped()).stderr(Stdio::null());
+    let run = PageRun::of(&sandbox, command);
+    let (mut page, welcome) = run.enter(&run.token);
+    assert_eq!(
+        (&welcome["right"], &welcome["drive"]),
+        (&json!("read"), &json!([]))
+    );
+    let why = welcome["looks_only"].as_str().expect("a reason");
+    assert!(why.contains("clients from the network only read"), "{why}");
+    assert_eq!(page.order("stop-all")["ok"], false);
+    page.until(|state| state["acting"][0]["name"].is_string() && state["stopped"].is_null());
+}
+
+#[test]
+fn all_pages_see_the_values_of_a_schema_and_the_newest_only_once_taken() {
+    let sandbox = Sandbox::new();
+    let run = PageRun::start(&sandbox, &safe_navigation(), &["--web"]);
+    let (first, welcome) = run.enter(&run.token);
+    let (second, _) = run.enter(&read_token(&welcome));
+    let topic = json!({ "what": "values", "of": "pioneer" });
+    for mut page in [first, second] {
+        page.say(&json!({ "do": "look", "at": [topic] }));
+        let mut odometry = 0;
+        while odometry < 3 {
+            let looks = page.next("looks");
+            let news = &looks["news"][0];
+            assert_eq!(news["topic"], topic, "{looks}");
+            let parts = news["parts"].as_array().expect("a list").iter();
+            odometry += parts
+                .filter(|part| part["name"] == "odometry" && part["numbers"][0][1].is_number())
+                .count();
+            // What is not taken keeps back the next one.
+            page.until(|_| true);
+            page.say(&json!({ "do": "taken" }));
+        }
+        page.say(&json!({ "do": "look", "at": [{ "what": "values", "of": "nobody" }] }));
+        page.say(&json!({ "do": "taken" }));
+        let mut looks = page.next("looks");
+        while looks["news"][0]["topic"] == topic {
+            page.say(&json!({ "do": "taken" }));
+            looks = page.next("looks");
+        }
+        assert_eq!(
+            looks["news"][0]["parts"][0]["error"], "there is no schema `nobody`",
+            "{looks}"
+        );
+    }
 }
 
 #[test]
