@@ -1,4 +1,4 @@
 //! Fuzzes the reader of operators' gestures on panels. The checks define what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::gesture(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzzing::gesture(data));

@@ -1,4 +1,4 @@
 //! Fuzzes the readers of worlds of other programs, Stage among them. The checks define what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::import(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzzing::import(data));

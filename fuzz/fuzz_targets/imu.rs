@@ -1,4 +1,4 @@
 //! Fuzzes the reader of serial inertial units with streams of bytes. The checks define what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::imu(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzzing::imu(data));

@@ -1,4 +1,4 @@
 //! Fuzzes the reader of panels. The checks define what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::list(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzzing::list(data));

@@ -1,4 +1,4 @@
 //! Fuzzes the client's session with Player servers that send arbitrary bytes. The checks define what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::player_session(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzzing::player_session(data));

@@ -1,4 +1,4 @@
 //! Fuzzes the receiver of packets with streams of bytes. The checks define what must hold.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzz::receiver(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| jde_fuzzing::receiver(data));

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::shell;
 use crate::step::StepOutcome;
-use crate::steps::{BENCHES, FUZZERS};
+use crate::steps::BENCHES;
 use crate::test::Context;
 
 /// A message of cargo that holds one of the compiler.
@@ -54,25 +54,15 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     Ok(StepOutcome::Passed)
 }
 
-/// Lints the benches and the fuzzers, without a build.
-pub(crate) fn run_others(context: &Context) -> Result<StepOutcome> {
+/// Lints the benches, without a build.
+pub(crate) fn run_benches(context: &Context) -> Result<StepOutcome> {
     if !context.has_lints() {
         return context.missing_tool("clippy", "rustup component add clippy");
     }
-    // The fuzzers include modules whose tests belong to their own crates.
-    for (workspace, targets) in [(BENCHES, &["--all-targets"][..]), (FUZZERS, &["--lib", "--bins"])] {
-        // The fuzzers link C++ code, which no other part of the build needs.
-        if workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
-            println!("{FUZZERS} is omitted: there is no C++ compiler");
-            continue;
-        }
-        let mut cargo = context.cargo(&["clippy", "--workspace"]);
-        cargo
-            .args(targets)
-            .args(["--manifest-path", workspace, "--target-dir"]);
-        cargo.arg(&context.target);
-        shell::run(cargo.args(["--", "-D", "warnings"]), context.paint)?;
-    }
+    let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);
+    cargo.args(["--manifest-path", BENCHES, "--target-dir"]);
+    cargo.arg(&context.target);
+    shell::run(cargo.args(["--", "-D", "warnings"]), context.paint)?;
     Ok(StepOutcome::Passed)
 }
 

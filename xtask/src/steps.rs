@@ -15,7 +15,7 @@ use crate::{
 pub(crate) const WORKSPACES: &[&str] = &[PRODUCT, BENCHES, FUZZERS];
 const PRODUCT: &str = "Cargo.toml";
 pub(crate) const BENCHES: &str = "benches/Cargo.toml";
-pub(crate) const FUZZERS: &str = "fuzz/Cargo.toml";
+const FUZZERS: &str = "fuzz/Cargo.toml";
 
 pub(crate) const STEPS: &[TestStep<Context>] = &[
     TestStep {
@@ -76,11 +76,11 @@ pub(crate) const STEPS: &[TestStep<Context>] = &[
     },
     TestStep {
         name: "benches",
-        title: "clippy of the benches and the fuzzers",
+        title: "clippy of the benches",
         help: "see above; `cargo clippy --manifest-path benches/Cargo.toml --workspace --all-targets` shows them again",
         is_heavy: true,
         needs: &["build"],
-        run: lints::run_others,
+        run: lints::run_benches,
     },
     TestStep {
         name: "first",

@@ -1,8 +1,5 @@
 //! The driver on a test bench, with an emulated unit at a real pseudo-terminal and a real TCP connection; and any bytes.
 
-use std::fs;
-use std::path::Path;
-
 use jde_device::Protocol;
 use jde_device::emulate::{DriverTest, EmulatedDevice, refusal};
 use proptest::prelude::*;
@@ -73,15 +70,6 @@ fn invalid_settings_are_refused_before_the_port_is_opened() {
     let refused = |port: &str| refusal::<Wit>(|bench| bench.set("port", Text::<256>::new(port)));
     assert!(refused("").contains("serial:/dev/ttyUSB0@115200"));
     assert!(refused("/dev/ttyUSB0").contains("serial:PATH@BAUD"));
-}
-
-#[test]
-fn the_corpus_breaks_no_reader() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/imu");
-    let files = fs::read_dir(folder).expect("the corpus is part of the project");
-    let checked =
-        files.map(|file| checks::wit(&fs::read(file.expect("a file").path()).expect("it is readable")));
-    assert!(checked.count() >= 3);
 }
 
 proptest! {

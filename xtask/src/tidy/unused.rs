@@ -1,5 +1,6 @@
 //! Every library in a crate's manifest is named somewhere in the crate's code.
 
+use super::links::resolve;
 use super::tree::{Tree, Violation};
 use super::unfinished::has_word;
 use crate::metadata::{Metadata, Package};
@@ -14,13 +15,13 @@ pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
 fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
     let folder = package.folder(&tree.root);
     let manifest = format!("{folder}/Cargo.toml");
-    let within = format!("{folder}/");
+    let within = roots(tree, &folder);
     let used = |name: &str| {
         // Comments count, since examples in doc comments are compiled too.
         let in_line =
             |line: &super::rust::SourceLine| has_word(&line.code, name) || has_word(&line.comment, name);
         tree.rust()
-            .filter(|file| file.path.starts_with(&within))
+            .filter(|file| within.iter().any(|root| file.path.starts_with(root)))
             .any(|file| file.lines.iter().any(in_line))
     };
     let unused = package.dependencies.iter().filter_map(|dependency| {
@@ -39,12 +40,28 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
         .collect()
 }
 
+/// Returns the folder of a package, and the files and folders of modules that it includes by their paths.
+fn roots(tree: &Tree, folder: &str) -> Vec<String> {
+    let within = format!("{folder}/");
+    let own = tree.rust().filter(|file| file.path.starts_with(&within));
+    let included = own.flat_map(|file| {
+        let modules = file
+            .lines
+            .iter()
+            .filter(|line| line.code.starts_with("#[path = "));
+        modules.map(|line| resolve(&file.path, line.literal.trim_end_matches("mod.rs")))
+    });
+    included.chain([within.clone()]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn found(code: &str) -> Vec<String> {
         let tree = Tree::of(&[
+            ("rules/by_path/mod.rs", "mod part;\n"),
+            ("rules/by_path/part.rs", "use tiny_skia;\n"),
             ("rules/a/Cargo.toml", "[dependencies]\ntiny-skia = \"1\"\n"),
             ("rules/a/src/lib.rs", code),
             ("rules/ab/src/lib.rs", "use tiny_skia;\n"),
@@ -63,6 +80,11 @@ mod tests {
     fn a_library_that_is_named_passes() {
         assert_eq!(found("use tiny_skia::Pixmap;\n"), [""; 0]);
         assert_eq!(found("/// ```\n/// use tiny_skia::Pixmap;\n/// ```\n"), [""; 0]);
+    }
+
+    #[test]
+    fn a_module_that_is_included_by_its_path_counts() {
+        assert_eq!(found("#[path = \"../../by_path/mod.rs\"]\nmod m;\n"), [""; 0]);
     }
 
     #[test]

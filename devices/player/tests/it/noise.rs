@@ -1,7 +1,4 @@
-//! Runs the checks of the fuzzers on the fuzzing corpus and on mutations of it.
-
-use std::fs;
-use std::path::Path;
+//! Runs the checks of the fuzzers on changed sessions of a server.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -9,18 +6,6 @@ use proptest::sample::Index;
 
 use crate::checks;
 use crate::server::{ALL, Server};
-
-fn corpus(target: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../fuzz/corpus")
-        .join(target);
-    let mut files: Vec<_> = fs::read_dir(folder)
-        .expect("the corpus is part of the project")
-        .map(|file| file.unwrap().path())
-        .collect();
-    files.sort();
-    files.iter().map(|file| fs::read(file).unwrap()).collect()
-}
 
 /// A whole session of a server, as a script for [`checks::session`].
 fn script() -> Vec<u8> {
@@ -41,16 +26,6 @@ fn script() -> Vec<u8> {
     }
     send(&mut session, &server.data());
     script
-}
-
-#[test]
-fn the_corpus_is_accepted() {
-    for bytes in corpus("player_stream") {
-        checks::stream(&bytes);
-    }
-    for bytes in corpus("player_session") {
-        checks::session(&bytes);
-    }
 }
 
 proptest! {

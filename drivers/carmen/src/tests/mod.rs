@@ -1,6 +1,5 @@
 //! Logs that are played, truncated files, files that are not logs, and real logs.
 
-mod checks;
 mod clocks;
 mod formats;
 
@@ -296,39 +295,6 @@ fn a_log_of_which_nothing_can_be_used_is_refused() {
         reason.ends_with("its scans have no poses, and it has no ODOM line"),
         "{reason}"
     );
-}
-
-#[test]
-fn any_bytes_are_a_log_or_none() {
-    let folder = PathBuf::from(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../fuzz/corpus/carmen_log"
-    ));
-    let entries = fs::read_dir(folder).expect("the corpus");
-    let logs: Vec<Vec<u8>> = entries
-        .map(|entry| fs::read(entry.unwrap().path()).unwrap())
-        .collect();
-    assert!(logs.len() > 3);
-    let mut random = 1_u32;
-    let mut next = |below: usize| {
-        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (random >> 8) as usize % below
-    };
-    for log in &logs {
-        checks::log(log);
-        for _ in 0..100 {
-            let mut log = log.clone();
-            for _ in 0..=next(4) {
-                let at = next(log.len());
-                match next(3) {
-                    0 => log[at] = next(256) as u8,
-                    1 => drop(log.drain(at..log.len().min(at + next(40)))),
-                    _ => log.insert(at, b"0123456789.-e \nFO"[next(17)]),
-                }
-            }
-            checks::log(&log);
-        }
-    }
 }
 
 #[test]

@@ -2,13 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
-use std::path::Path;
 
 use jde_log::{Channel, Recording, Survey};
 use rusqlite::Connection;
 
 use crate::bags::{SEVEN, write_database, write_mcap};
-use crate::checks;
 
 #[test]
 fn a_database_that_is_a_program_or_damaged_is_said_to_be() {
@@ -112,23 +110,4 @@ fn packed_zeros_of_hours_are_refused() {
     packing.finish().unwrap();
     let error = Recording::open(&path).err().expect("it is refused").to_string();
     assert!(error.contains("it would have more than 64 MB"), "{error}");
-}
-
-#[test]
-fn the_checks_hold_for_the_fuzzing_corpus_and_its_mutations() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/recording");
-    let mut files = 0;
-    for file in fs::read_dir(corpus).expect("the corpus is part of the project") {
-        let bytes = fs::read(file.unwrap().path()).unwrap();
-        checks::recording(&bytes);
-        for place in (0..bytes.len()).step_by(bytes.len() / 25 + 1) {
-            let mut mutated = bytes.clone();
-            mutated[place] ^= 0x81;
-            checks::recording(&mutated);
-            mutated.truncate(place);
-            checks::recording(&mutated);
-        }
-        files += 1;
-    }
-    assert!(files >= 4, "a corpus of {files} files");
 }

@@ -187,19 +187,6 @@ fn a_gesture_with_control_characters_is_refused() {
     }
 }
 
-#[test]
-fn the_checks_hold_for_the_fuzzing_corpus() {
-    let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
-    let mut files = 0;
-    for (target, check) in [("list", checks::list as fn(&[u8])), ("gesture", checks::gesture)] {
-        for file in std::fs::read_dir(corpus.join(target)).expect("the corpus has the folder") {
-            check(&std::fs::read(file.expect("the entry can be read").path()).expect("the file can be read"));
-            files += 1;
-        }
-    }
-    assert!(files >= 2, "the corpus has files");
-}
-
 proptest! {
     #[test]
     fn the_checks_hold_for_random_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {

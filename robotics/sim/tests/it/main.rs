@@ -2,7 +2,6 @@
 
 mod bumpers;
 mod cameras;
-pub mod checks;
 mod depths;
 mod edits;
 mod faults;
@@ -21,7 +20,6 @@ mod models;
 mod motion;
 mod movers;
 mod mutants;
-mod noise;
 mod rays;
 mod robots;
 mod sdf_includes;

@@ -1,48 +1,44 @@
-//! The checks that the fuzz targets run. Most are the checks of the ordinary tests.
+//! What must hold of each reader for any bytes. The fuzz targets run these functions, and so does the test of this
+//! package, with the corpus. Readers that are private to a plugin are included by their paths.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
-use jde_abi::describe::Plugin;
+use jde_abi::describe::{Plugin, Type};
 use jde_app::{Catalogue, Unusable};
 use jde_ros::cdr;
 
-#[path = "../../drivers/carmen/src/tests/checks.rs"]
 mod carmen;
-#[path = "../../devices/p2os/tests/it/checks.rs"]
-mod checks;
-#[path = "../../drivers/imu/src/frame.rs"]
+mod files;
+#[path = "../../../drivers/imu/src/frame.rs"]
 mod frame;
-#[path = "../../drivers/imu/src/checks.rs"]
+#[path = "../../../drivers/imu/src/checks.rs"]
 mod imu;
-#[path = "../../drivers/lidar/src/checks.rs"]
+#[path = "../../../drivers/lidar/src/checks.rs"]
 mod lidar;
-#[path = "../../observe/link/tests/link/checks.rs"]
+#[path = "../../../observe/link/tests/link/checks.rs"]
 mod link;
-#[path = "../../drivers/carmen/src/log/mod.rs"]
+#[path = "../../../drivers/carmen/src/log/mod.rs"]
 mod log;
-#[path = "../../plugin/panel/tests/it/checks.rs"]
+mod p2os;
+#[path = "../../../plugin/panel/tests/it/checks.rs"]
 mod panel;
-#[path = "../../devices/player/tests/it/checks.rs"]
+#[path = "../../../devices/player/tests/it/checks.rs"]
 mod player;
-#[path = "../../observe/log/tests/it/checks.rs"]
 mod recordings;
-#[path = "../../robotics/sim/tests/it/checks.rs"]
-mod sim;
-#[path = "../../drivers/lidar/src/turn.rs"]
+#[path = "../../../drivers/lidar/src/turn.rs"]
 mod turn;
-#[path = "../../robotics/vision/tests/it/checks.rs"]
 mod vision;
 
 /// The readers of LDRobot's lidars.
-#[path = "../../drivers/lidar/src/ld"]
+#[path = "../../../drivers/lidar/src/ld"]
 mod ld {
     pub(crate) mod frame;
 }
 
 /// The readers of SLAMTEC's lidars.
 #[expect(dead_code, reason = "the driver also writes")]
-#[path = "../../drivers/lidar/src/rplidar"]
+#[path = "../../../drivers/lidar/src/rplidar"]
 mod rplidar {
     pub(crate) mod message;
     pub(crate) mod samples;
@@ -65,27 +61,27 @@ pub fn recording(data: &[u8]) {
 
 /// Checks the receiver of packets with a stream of bytes.
 pub fn receiver(data: &[u8]) {
-    checks::receiver(data);
+    p2os::receiver(data);
 }
 
 /// Checks the reader of commands with a payload.
 pub fn command(data: &[u8]) {
-    checks::command(data);
+    p2os::command(data);
 }
 
 /// Checks every reader of a robot's packets with a payload.
 pub fn answer(data: &[u8]) {
-    checks::answer(data);
+    p2os::answer(data);
 }
 
 /// Checks the client's session with a robot that sends arbitrary bytes.
 pub fn session(data: &[u8]) {
-    checks::session(data);
+    p2os::session(data);
 }
 
 /// Checks the reader of the camera's frames with a stream of bytes.
 pub fn head(data: &[u8]) {
-    checks::head(data);
+    p2os::head(data);
 }
 
 /// Checks the reader of panels with arbitrary bytes.
@@ -110,12 +106,12 @@ pub fn player_session(data: &[u8]) {
 
 /// Checks the reader of ROS maps with a YAML file and, after a byte 0, its image `m`.
 pub fn map_file(data: &[u8]) {
-    sim::map(data);
+    files::map(data);
 }
 
 /// Checks the readers of worlds of other programs with a file and, after a byte 0, the image `m` beside it.
 pub fn import(data: &[u8]) {
-    sim::import(data);
+    files::import(data);
 }
 
 /// Checks the reader of CARMEN's logs with arbitrary bytes.
@@ -173,9 +169,10 @@ pub fn definition(data: &[u8]) {
 
 /// Checks the reader of messages of ROS 2 for each standard type: what is decoded, fits into its extent.
 pub fn cdr(data: &[u8]) {
-    for value_type in jde_types::standard() {
-        let decoded = cdr::decode(&value_type, data);
-        let mut extent = cdr::Extent::new(&value_type);
+    static TYPES: LazyLock<Vec<Type>> = LazyLock::new(jde_types::standard);
+    for value_type in TYPES.iter() {
+        let decoded = cdr::decode(value_type, data);
+        let mut extent = cdr::Extent::new(value_type);
         let included = extent.include(data);
         if decoded.is_ok() {
             assert_eq!(included, Ok(()));

@@ -21,7 +21,7 @@ fn written(name: &str, data: &[u8]) -> PathBuf {
 }
 
 /// Checks the reader of maps.
-pub fn map(data: &[u8]) {
+pub(crate) fn map(data: &[u8]) {
     let file = written("map.yaml", data);
     if let Err(error) = World::parse("map = 'map.yaml'", file.with_file_name("world.toml"), 0) {
         assert!(!error.faults().is_empty(), "{error}");
@@ -30,7 +30,7 @@ pub fn map(data: &[u8]) {
 
 /// Checks the readers of worlds of other programs: a world that is converted is one that is read, unless a robot
 /// starts where something stands.
-pub fn import(data: &[u8]) {
+pub(crate) fn import(data: &[u8]) {
     let file = written("world.txt", data);
     match jde_sim::import(&file, &[], "world") {
         Ok(worlds) => {
