@@ -42,17 +42,6 @@ pub enum Right {
 }
 
 impl Settings {
-    /// A page for this machine alone.
-    #[must_use]
-    pub fn local() -> Self {
-        Self {
-            listen: None,
-            hosts: Vec::new(),
-            access: Right::Operate,
-            tls: None,
-        }
-    }
-
     /// Returns the addresses to try in turn.
     pub(crate) fn candidates(&self) -> Vec<SocketAddr> {
         let local = |port| SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port);

@@ -83,6 +83,7 @@ mod values;
 mod variable;
 mod variadic;
 mod warnings;
+mod web;
 mod wiring;
 
 pub use hierarchy::MAX_DEPTH;
@@ -97,6 +98,7 @@ pub use option::Override;
 pub use outline::ignores_faults;
 pub use remote::RemoteVariable;
 pub use values::is_path;
+pub use web::Web;
 
 /// An application, complete and free of faults. Its instances are the schemas of the rules.
 #[derive(Clone, Debug)]
@@ -128,6 +130,8 @@ pub struct Application {
     pub groups: Table<GroupId, GroupConfig>,
     /// Access from other processes and machines.
     pub link: Link,
+    /// The page for browsers, if it states one.
+    pub web: Option<Web>,
     /// The variables of other applications that it imports.
     pub remotes: Vec<RemoteVariable>,
     /// Things named by modulations that the schemas find unavailable at present, or why a schema

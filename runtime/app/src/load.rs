@@ -63,8 +63,7 @@ fn read(
         return Err(report.into_faults());
     };
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let mut outline = Outline::read(&mut report, document.get_ref(), &file);
-    outline.check_files = check_files;
+    let mut outline = Outline::read(&mut report, document.get_ref(), &file, check_files);
     let plugins = types::resolve(
         &mut report,
         &mut outline.drafts,
@@ -180,6 +179,7 @@ fn check(
         instances: instances.into_iter().collect::<Option<_>>()?,
         groups,
         link: outline.link,
+        web: outline.web,
         remotes,
         concerns: None,
     })

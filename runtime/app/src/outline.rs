@@ -11,6 +11,7 @@ use super::drafts::{Drafts, refuse_bad_name};
 use super::link::{self, Link};
 use super::recorded;
 use super::time;
+use super::web::{self, Web};
 use jde_document::section::{Section, Text, integer};
 use jde_document::{FaultReport, quote};
 
@@ -28,6 +29,7 @@ const KEYS: &[&str] = &[
     "root",
     "schemas",
     "link",
+    "web",
 ];
 
 /// The most folders of one list: each name is searched for in each folder.
@@ -51,6 +53,7 @@ pub(super) struct Outline<'a> {
     pub(super) ignores_faults: bool,
     pub(super) executor: Executor,
     pub(super) link: Link,
+    pub(super) web: Option<Web>,
     pub(super) drafts: Drafts<'a>,
     /// Whether to check that required files exist.
     pub(super) check_files: bool,
@@ -75,7 +78,13 @@ pub(super) struct Level<'a> {
 
 impl<'a> Outline<'a> {
     /// Reads the top level; `file` is absolute.
-    pub(super) fn read(report: &mut FaultReport, document: &'a DeTable<'a>, file: &Path) -> Self {
+    /// With `check_files`, checks that required files exist.
+    pub(super) fn read(
+        report: &mut FaultReport,
+        document: &'a DeTable<'a>,
+        file: &Path,
+        check_files: bool,
+    ) -> Self {
         let top = Section::new("the application", 0..0, document);
         top.refuse_unknown(report, KEYS);
         let folder = file.parent().unwrap_or(Path::new("/"));
@@ -88,8 +97,19 @@ impl<'a> Outline<'a> {
         let interfaces = folders(report, &top, "interfaces").into_iter();
         let (recordings, interfaces): (Vec<_>, Vec<_>) =
             interfaces.partition(|stated| stated.text.ends_with(".mcap"));
+        let link = link::read(report, &top, &name, folder);
+        let web = web::read(report, &top, folder, check_files);
+        if web.is_some() && link.off {
+            report
+                .fault(
+                    &top.key_span("web"),
+                    "the page is a client of the link, and `off` of `link` removes it",
+                )
+                .advise("remove `off`, or the section `[web]`");
+        }
         Self {
-            link: link::read(report, &top, &name, folder),
+            link,
+            web,
             name,
             doc: top
                 .text(report, "doc")
@@ -106,7 +126,7 @@ impl<'a> Outline<'a> {
             ignores_faults: ignores_faults(report, &top),
             executor: executor(report, &top),
             drafts: Drafts::read(report, &top),
-            check_files: false,
+            check_files,
         }
     }
 }

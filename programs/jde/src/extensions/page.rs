@@ -1,14 +1,13 @@
 //! The page of a run, in a process of its own, which ends with the run. No byte of a browser reaches the robot's process.
 
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{self, BufRead as _, BufReader, Read as _};
 use std::os::unix::process::CommandExt as _;
-use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread;
 
 use jde_link::message::About;
 use jde_session::log::Log;
-use jde_web::Addresses;
+use jde_web::{Addresses, Settings};
 
 use crate::failure::Failure;
 
@@ -18,8 +17,7 @@ const MAX_TEXT: u64 = 64 << 10;
 /// What the user wants of a page.
 #[derive(Clone)]
 pub(crate) struct PageOptions {
-    /// The file with its settings.
-    pub(crate) file: Option<PathBuf>,
+    pub(crate) settings: Settings,
     /// Where its address is shown.
     pub(crate) log: Log,
 }
@@ -35,17 +33,11 @@ impl RunPage {
     /// # Errors
     /// The page cannot be served, and the reason.
     pub(super) fn start(options: &PageOptions, about: &About) -> Result<Self, Failure> {
-        let failure = |error| Failure::broken(format!("the page cannot be served: {error}"));
+        let failure = |error: io::Error| Failure::broken(format!("the page cannot be served: {error}"));
         let mut command = Command::new(std::env::current_exe().map_err(failure)?);
-        command.args([
-            "web",
-            "--beside-run",
-            "--app",
-            &format!("{}@{}", about.name, about.id),
-        ]);
-        if let Some(file) = &options.file {
-            command.arg("--page").arg(file);
-        }
+        let settings = serde_json::to_string(&options.settings).map_err(|error| failure(error.into()))?;
+        let name = format!("{}@{}", about.name, about.id);
+        command.args(["web", "--beside-run", &settings, "--app", &name]);
         let mut page = command
             // The application runs on this machine, wherever other tools connect.
             .env_remove("JDE_AT")

@@ -57,7 +57,7 @@ pub(super) fn tls(report: &mut FaultReport, section: &Section, folder: &Path) ->
 }
 
 /// Reports a key that has no meaning without another.
-fn refuse_without(report: &mut FaultReport, section: &Section, key: &str, other: &str) {
+pub(crate) fn refuse_without(report: &mut FaultReport, section: &Section, key: &str, other: &str) {
     if section.get(key).is_some() && section.get(other).is_none() {
         let message = format!("{} requires `{other}`", section.key(key));
         report
@@ -153,7 +153,12 @@ pub(super) fn refuse_unauthenticated(
 }
 
 /// Returns an existing file, relative to the application's folder; reports a missing one.
-fn existing_file(report: &mut FaultReport, section: &Section, key: &str, folder: &Path) -> Option<PathBuf> {
+pub(crate) fn existing_file(
+    report: &mut FaultReport,
+    section: &Section,
+    key: &str,
+    folder: &Path,
+) -> Option<PathBuf> {
     let written = section.text(report, key)?;
     let path = folder.join(written.text);
     if path.is_file() {

@@ -29,7 +29,8 @@ use jde_core::Nanos;
 
 use super::drafts::{MAX_NAME_LENGTH, is_legal, is_legal_name};
 
-pub(super) use read::read;
+pub(crate) use authentication::{existing_file, refuse_without};
+pub(crate) use read::{access, read};
 
 /// The default age at which an imported value expires, ns.
 const DEFAULT_STALE: Nanos = 1_000_000_000;

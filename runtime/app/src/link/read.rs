@@ -107,7 +107,7 @@ fn addresses<'a>(report: &mut FaultReport, section: &Section<'a>, key: &str) -> 
     read
 }
 
-fn access(report: &mut FaultReport, section: &Section) -> Access {
+pub(crate) fn access(report: &mut FaultReport, section: &Section) -> Access {
     match section.text(report, "access") {
         None => Access::default(),
         Some(text) => match text.text {

@@ -12,4 +12,5 @@ mod remote;
 mod roots;
 mod times;
 mod values;
+mod web;
 mod wiring;

@@ -82,10 +82,14 @@ pub(crate) struct Run {
     record: RecordingArgs,
     #[command(flatten)]
     link: Link,
-    /// Serve a page for browsers beside it, on this machine alone or as a file states.
+    /// Serve a page for browsers beside it: as [web] of the application states, or this file instead; without both, on this
+    /// machine alone.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, conflicts_with = "no_link",
           value_hint = ValueHint::FilePath)]
     web: Option<Option<PathBuf>>,
+    /// Serve no page, although the application has a section [web].
+    #[arg(long, conflicts_with = "web")]
+    no_web: bool,
     #[command(flatten)]
     ros: RosArgs,
 }
@@ -118,14 +122,17 @@ impl Run {
             extensions.push(Box::new(RecordOptions { log, ..record }));
         }
         // A fault of the page's file is found before the robot moves.
-        let page = self
-            .web
-            .map(|file| page_file::read(file.as_deref()).map(|_| file));
-        let page = page.transpose()?.map(|file| PageOptions {
-            file,
+        let link = LinkOptions::from(self.link);
+        let stated = loaded.application.web.take().map(page_file::settings);
+        let settings = match self.web {
+            Some(None) if stated.is_some() => stated,
+            Some(file) => Some(page_file::read(file.as_deref())?),
+            None => stated.filter(|_| !self.no_web && !self.time.lockstep && link.enabled != Some(false)),
+        };
+        let page = settings.map(|settings| PageOptions {
+            settings,
             log: log.clone(),
         });
-        let link = LinkOptions::from(self.link);
         extensions.push(Box::new(LinkOptions {
             stands_still: !self.breakpoints.is_empty() || !self.debug_python.is_empty(),
             enabled: link.enabled.or(page.is_some().then_some(true)),

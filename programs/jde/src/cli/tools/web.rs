@@ -34,9 +34,9 @@ pub(crate) struct Web {
     /// A file that states where the page listens, its names, TLS, and what its visitors may do.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     page: Option<PathBuf>,
-    /// Serve the page of the run that started this process.
-    #[arg(long, hide = true)]
-    beside_run: bool,
+    /// Serve the page of the run that started this process, with these settings in JSON.
+    #[arg(long, hide = true, value_name = "SETTINGS", conflicts_with = "page")]
+    beside_run: Option<String>,
     #[command(flatten)]
     target: Target,
 }
@@ -44,10 +44,15 @@ pub(crate) struct Web {
 impl Web {
     pub(super) fn run(self, context: &Context, filter: Option<Filter>) -> Result<(), Failure> {
         Log::start(filter.unwrap_or_default());
-        let settings = page_file::read(self.page.as_deref())?;
+        let settings = match &self.beside_run {
+            Some(settings) => {
+                serde_json::from_str(settings).map_err(|error| Failure::broken(error.to_string()))?
+            }
+            None => page_file::read(self.page.as_deref())?,
+        };
         let remote = context.remote(&self.target, self.name.as_deref())?;
         let (end, ended) = oneshot::channel::<()>();
-        if self.beside_run {
+        if self.beside_run.is_some() {
             thread::Builder::new().name("run".to_owned()).spawn(move || {
                 // The run holds the other end, and writes nothing.
                 let _ = io::copy(&mut io::stdin(), &mut io::sink());
@@ -58,7 +63,7 @@ impl Web {
             std::mem::forget(end);
         }
         let mut unwritten = Ok(());
-        let opened = |addresses: &Addresses| unwritten = show(addresses, self.beside_run);
+        let opened = |addresses: &Addresses| unwritten = show(addresses, self.beside_run.is_some());
         let ended = async {
             let _ = ended.await;
         };
