@@ -45,6 +45,11 @@ impl<T> Decimated<T> {
     }
 
     /// Returns the stored items.
+    pub(crate) fn items(&self) -> &[T] {
+        &self.items
+    }
+
+    /// As [`Self::items`].
     pub(crate) fn into_items(self) -> Vec<T> {
         self.items
     }

@@ -31,6 +31,7 @@ mod hierarchy;
 mod keep;
 mod mark;
 mod mission;
+mod outline;
 mod present;
 mod record_log;
 mod robot;
@@ -49,6 +50,7 @@ pub use mark::{
     Mark, MarkKind, Severity, health_reason, health_severity, health_text, health_word, state_word,
 };
 pub use mission::MissionTimeline;
+pub use outline::{outline, round};
 pub use record_log::{Decisions, LogLimits, RecordLog};
 pub use robot::{PathPoint, RobotTimeline, is_placed};
 pub use robot_sources::{Export, RobotSources};

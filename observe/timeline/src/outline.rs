@@ -1,4 +1,4 @@
-//! The outline of a robot as windows draw it. It draws nothing.
+//! The outline of a robot as windows and pages draw it. It draws nothing.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,8 @@ const ROUND_CORNERS: u32 = 32;
 const UNKNOWN_RADIUS: f64 = 0.2;
 
 /// The corners of a body in its own frame, in m; those of a disc while nobody has published it.
-pub(crate) fn outline(body: Option<&Body>) -> Vec<[f64; 2]> {
+#[must_use]
+pub fn outline(body: Option<&Body>) -> Vec<[f64; 2]> {
     let footprint = body.map(|body| body.footprint).unwrap_or_default();
     let points = footprint.points.iter().map(|point| [point.x, point.y]);
     let points: Vec<_> = points
@@ -28,7 +29,8 @@ pub(crate) fn outline(body: Option<&Body>) -> Vec<[f64; 2]> {
 }
 
 /// The corners of a disc.
-pub(crate) fn round(radius: f64) -> Vec<[f64; 2]> {
+#[must_use]
+pub fn round(radius: f64) -> Vec<[f64; 2]> {
     let corner = |corner| {
         let (sin, cos) = (TAU * f64::from(corner) / f64::from(ROUND_CORNERS)).sin_cos();
         [radius * cos, radius * sin]

@@ -170,6 +170,12 @@ impl RobotTimeline {
         self.path.step()
     }
 
+    /// Returns the path.
+    #[must_use]
+    pub fn path(&self) -> &[PathPoint] {
+        self.path.items()
+    }
+
     /// Returns the path, and the ends of laser beams.
     #[must_use]
     pub fn into_path(self) -> (Vec<PathPoint>, Vec<(f64, f64)>) {

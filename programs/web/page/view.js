@@ -1,15 +1,9 @@
 // Shows what the robot sends. Every text of a robot is put into the page as text.
-const byId = (id) => document.getElementById(id);
+import { Plane, element, setText } from "/draw.js";
+import { Curves } from "/curves.js";
+import { Panel } from "/panel.js";
 
-function element(name, text, className) {
-  const made = document.createElement(name);
-  if (text !== undefined) made.textContent = text;
-  if (className) made.className = className;
-  return made;
-}
-function setText(place, text) {
-  if (place.textContent !== text) place.textContent = text;
-}
+const byId = (id) => document.getElementById(id);
 const seconds = (time) => `${time.toFixed(3)} s`;
 
 export class View {
@@ -23,13 +17,26 @@ export class View {
   #acting = "";
   #stoppedBy = "";
   #missed = 0;
+  #panels = new Set();
+  #panel = null;
+  #curves = null;
+  #floor = new Plane("The robot from above");
+  #isFloorSeen = false;
 
   constructor(controls) {
     this.#controls = controls;
+    byId("floor-place").replaceWith(this.#floor.element);
+    // What nobody sees is not sent.
+    new IntersectionObserver(([seen]) => {
+      this.#isFloorSeen = seen.isIntersecting;
+      this.look();
+    }).observe(byId("floor"));
   }
 
-  welcome({ name, application, host, by, share, replay }) {
+  welcome({ name, application, host, by, share, replay, floor, panels }) {
     this.by = by;
+    this.#panels = new Set(panels);
+    byId("floor").hidden = !floor;
     document.title = `${name} · jde`;
     setText(byId("name"), name);
     const what = replay ? "a recording of " : "";
@@ -159,6 +166,7 @@ export class View {
     before?.button.setAttribute("aria-expanded", "false");
     this.opened = name;
     const row = this.#rows.get(name);
+    [this.#panel, this.#curves] = [null, null];
     if (row) {
       row.button.setAttribute("aria-expanded", "true");
       row.item.append(this.#details(name, row.detail));
@@ -168,11 +176,24 @@ export class View {
 
   /** Says what this page shows beside the state. */
   look() {
-    this.#controls.order({ do: "look", at: this.#rows.has(this.opened) ? [{ what: "values", of: this.opened }] : [] });
+    const at = this.#isFloorSeen && !byId("floor").hidden ? [{ what: "floor" }] : [];
+    if (this.#rows.has(this.opened)) at.push({ what: "values", of: this.opened });
+    if (this.#panel) at.push({ what: "panel", of: this.opened });
+    this.#controls.order({ do: "look", at });
   }
 
   looks(news) {
-    for (const { topic, parts } of news) if (topic.of === this.opened) this.#values(parts);
+    for (const { topic, parts } of news) {
+      if (topic.what === "floor") this.#above(parts[0]);
+      else if (topic.of !== this.opened) continue;
+      else if (topic.what === "panel") this.#panel?.show(parts[0]);
+      else this.#values(parts);
+    }
+  }
+
+  #above({ items, text, error }) {
+    setText(byId("floor-text"), error ?? text);
+    if (items) this.#floor.show(items[0].canvas, `The robot from above: ${text}`);
   }
 
   #details(name, type) {
@@ -208,13 +229,19 @@ export class View {
       }
       place.append(line, answer);
     }
+    if (this.#panels.has(name)) {
+      const touch = (gesture, done) => this.#controls.act({ do: "touch", schema: name, gesture }, done);
+      this.#panel = new Panel(`Panel of ${name}`, touch, this.#controls.mayOperate);
+      place.append(this.#panel.element);
+    }
+    this.#curves = new Curves();
     const table = element("table");
     const caption = element("caption", "");
     caption.hidden = true;
     const body = element("tbody");
     table.setAttribute("aria-label", `Values of ${name}`);
     table.append(body);
-    place.append(table);
+    place.append(table, this.#curves.element);
     return place;
   }
 
@@ -233,10 +260,14 @@ export class View {
         const head = element("th", value.name);
         head.scope = "row";
         head.title = `${value.access}. ${value.doc}`;
-        row.append(head, element("td", ""));
+        const cell = element("td");
+        cell.append(element("span"), element("span", undefined, "line"));
+        row.append(head, cell);
         body.append(row);
       }
-      setText(row.lastChild, value.text);
+      const [cell] = row.getElementsByTagName("td");
+      setText(cell.firstChild, value.text);
+      this.#curves?.add(value, cell.lastChild);
     }
   }
 

@@ -13,10 +13,11 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::Notify;
 use tokio::time::sleep;
 
+use crate::floor::{self, Floor};
 use crate::model::Model;
 use crate::server::Page;
 use crate::settings::Right;
-use crate::values;
+use crate::{panel, values};
 
 /// Topics at once: each has at most 64 variables, and a session of the link has 4096.
 const MAX_TOPICS: usize = 32;
@@ -33,6 +34,10 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub(crate) enum Topic {
     /// The values of a schema.
     Values(String),
+    /// The panel of a schema.
+    Panel(String),
+    /// The robots from above.
+    Floor,
 }
 
 /// What all pages look at.
@@ -47,6 +52,7 @@ pub(crate) struct Feeds {
 /// A topic, for as long as a page looks at it.
 pub(crate) struct Feed {
     parts: Arc<Parts>,
+    floor: Option<Arc<Mutex<Floor>>>,
     /// None if there is no such topic, or no room for it.
     subscriptions: Option<Vec<Subscription>>,
 }
@@ -73,11 +79,14 @@ impl Feed {
     fn open(model: &Model, topic: &Topic) -> Self {
         let parts = Arc::new(Parts::default());
         let opened = match topic {
-            Topic::Values(schema) => values::open(model, schema, &parts),
+            Topic::Values(schema) => values::open(model, schema, &parts).map(|all| (all, None)),
+            Topic::Panel(schema) => panel::open(model, schema, &parts).map(|all| (all, None)),
+            Topic::Floor => floor::open(model).map(|(all, floor)| (all, Some(floor))),
         };
         match opened {
-            Ok(subscriptions) => Self {
+            Ok((subscriptions, floor)) => Self {
                 parts,
+                floor,
                 subscriptions: Some(subscriptions),
             },
             Err(reason) => Self::refused(&reason),
@@ -89,12 +98,16 @@ impl Feed {
         parts.set(0, &serde_json::json!({ "error": reason }));
         Self {
             parts: Arc::new(parts),
+            floor: None,
             subscriptions: None,
         }
     }
 
     /// Returns what is newer than a version, as a list in JSON, and its version.
     pub(crate) fn after(&self, seen: u64) -> Option<(u64, String)> {
+        if let Some(floor) = &self.floor {
+            floor.lock().draw(&self.parts);
+        }
         let parts = self.parts.0.lock();
         let newer = parts.values().filter(|(version, _)| *version > seen);
         let newest = newer.clone().map(|(version, _)| *version).max()?;

@@ -35,6 +35,21 @@ const FILES: &[PageFile] = &[
         text: include_str!("../page/pad.js"),
     },
     PageFile {
+        path: "/draw.js",
+        media_type: "text/javascript; charset=utf-8",
+        text: include_str!("../page/draw.js"),
+    },
+    PageFile {
+        path: "/panel.js",
+        media_type: "text/javascript; charset=utf-8",
+        text: include_str!("../page/panel.js"),
+    },
+    PageFile {
+        path: "/curves.js",
+        media_type: "text/javascript; charset=utf-8",
+        text: include_str!("../page/curves.js"),
+    },
+    PageFile {
         path: "/icon.svg",
         media_type: "image/svg+xml",
         text: include_str!("../page/icon.svg"),
@@ -68,12 +83,12 @@ mod tests {
 
     #[test]
     fn every_file_that_the_page_names_is_part_of_the_program() {
-        let index = find("/").unwrap().text;
-        for part in index
-            .split(['"', '\''])
-            .filter(|part| part.starts_with('/') && part.len() > 1)
-        {
-            assert!(find(part).is_some(), "{part}");
+        for file in FILES {
+            let is_path =
+                |part: &&str| part.starts_with('/') && part.len() > 1 && !part.contains(char::is_whitespace);
+            for part in file.text.split(['"', '\'']).filter(is_path) {
+                assert!(find(part).is_some(), "{}: {part}", file.path);
+            }
         }
         assert!(find("/page.js").is_some() && find("/../Cargo.toml").is_none() && find("").is_none());
     }

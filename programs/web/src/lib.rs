@@ -11,12 +11,14 @@
 mod drive;
 mod feeds;
 mod files;
+mod floor;
 mod http;
 mod log;
 mod model;
 mod newcomers;
 mod order;
 mod origin;
+mod panel;
 mod server;
 mod settings;
 mod socket;

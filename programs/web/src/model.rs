@@ -147,6 +147,12 @@ impl Model {
         teleoperators(&self.schemas).map(|schema| schema.name.as_str())
     }
 
+    /// Returns the names of the schemas with panels.
+    pub(crate) fn panels(&self) -> Vec<&str> {
+        let with_panel = self.schemas.schemas.iter().filter(|schema| schema.panel);
+        with_panel.map(|schema| schema.name.as_str()).collect()
+    }
+
     /// Returns the greatest speeds of somebody who drives by hand; `None` until they are known.
     pub(crate) fn max_speeds(&self, schema: &str) -> Option<MaxSpeeds> {
         let present = self.present();

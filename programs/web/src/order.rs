@@ -1,5 +1,6 @@
 //! What a page may say. Whatever else it says is answered with a refusal, and ends nothing.
 
+use jde_panel::Gesture;
 use serde::Deserialize;
 
 use crate::feeds::Topic;
@@ -38,6 +39,12 @@ pub(crate) enum Order {
     Release {
         id: u64,
         schema: String,
+    },
+    /// A gesture on a schema's panel.
+    Touch {
+        id: u64,
+        schema: String,
+        gesture: Gesture,
     },
     /// Show this and nothing else beside the state.
     Look {

@@ -14,7 +14,7 @@ use jde_link::message::Action;
 use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::runtime::Builder;
 use tokio::sync::{Semaphore, oneshot, watch};
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
@@ -37,6 +37,10 @@ pub(crate) const MAX_PAGES: usize = 64;
 const MAX_ONLOOKERS: usize = 48;
 /// Connections that have not shown a token. Each step up to it has 5 s.
 const MAX_NEWCOMERS: usize = 64;
+/// Bytes under way to a page that are not acknowledged: enough for 300 kB a second over 200 ms.
+const MAX_UNSENT: u32 = 64 << 10;
+/// Connections that wait to be accepted.
+const MAX_WAITING: u32 = 256;
 /// How long a greeting of TLS may take.
 const GREETING: Duration = Duration::from_secs(5);
 /// The threads that wait for the application: each page has a few orders at once.
@@ -125,7 +129,7 @@ pub fn serve(
         .max_blocking_threads(MAX_WAITING_THREADS)
         .build()?;
     let served = runtime.block_on(async {
-        let listener = listen(settings).await?;
+        let listener = listen(settings)?;
         let address = listener.local_addr()?;
         let places = Places::new(acceptor.is_some(), address.port(), &settings.hosts);
         let base = places.origin(&shown_host(settings, address));
@@ -179,10 +183,10 @@ async fn known_end(model: &Model) {
     }
 }
 
-async fn listen(settings: &Settings) -> Result<TcpListener, Error> {
+fn listen(settings: &Settings) -> Result<TcpListener, Error> {
     let mut failure = None;
     for address in settings.candidates() {
-        match TcpListener::bind(address).await {
+        match bind(address) {
             Ok(listener) => return Ok(listener),
             Err(reason) => {
                 let address = address.to_string();
@@ -191,6 +195,19 @@ async fn listen(settings: &Settings) -> Result<TcpListener, Error> {
         }
     }
     Err(failure.unwrap_or_else(|| Error::System(io::ErrorKind::AddrNotAvailable.into())))
+}
+
+/// Listens with small buffers: what a browser does not read waits in the page, where the newest state replaces it.
+fn bind(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() {
+        TcpSocket::new_v4()
+    } else {
+        TcpSocket::new_v6()
+    }?;
+    socket.set_reuseaddr(true)?;
+    socket.set_send_buffer_size(MAX_UNSENT)?;
+    socket.bind(address)?;
+    socket.listen(MAX_WAITING)
 }
 
 /// The host in the address that people get: the first listed name, or else a number by which others reach this machine.

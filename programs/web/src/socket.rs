@@ -21,11 +21,11 @@ use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
-use crate::drive;
 use crate::feeds::Topic;
 use crate::order::{self, DriveOrder, Order};
 use crate::server::{MAX_PAGES, Page};
 use crate::settings::Right;
+use crate::{drive, floor};
 
 /// The longest message of a page, bytes.
 const MAX_MESSAGE: usize = 4096;
@@ -207,6 +207,8 @@ fn welcome(page: &Page, right: Right, by: &str) -> String {
         "application": about.application,
         "host": about.host,
         "replay": about.executor == "replay",
+        "floor": floor::exists(&page.model),
+        "panels": page.model.panels(),
         "drive": if may_operate { teleoperators.collect() } else { Vec::new() },
         "looks_only": match (may_operate, page.is_link_read_only) {
             (true, _) => "",
@@ -303,6 +305,9 @@ impl Visit {
     fn take(&self, order: Order) {
         match order {
             Order::Enter { .. } | Order::Alive {} => {}
+            Order::Touch { id, schema, gesture } => {
+                self.order(id, Action::Touch { schema, gesture }, &self.orders);
+            }
             Order::Look { at } => self.look_at(at),
             Order::Taken {} => self.looks.lock().is_untaken = false,
             Order::StopAll { id } => self.order(id, Action::StopAll, &self.stops),

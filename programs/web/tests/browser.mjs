@@ -44,17 +44,34 @@ const until = (page, schema, wanted) => page.waitForFunction(([schema, wanted]) 
   return (rows[0]?.querySelector(".state").textContent === "WINNER") === wanted;
 }, [schema, wanted]);
 
+/** Whether a canvas has something on it. */
+const isDrawn = (place) => {
+  const canvas = document.querySelector(place);
+  return canvas?.width > 0 && canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((part) => part > 0);
+};
+const openRow = (page, schema) => page.locator(".row > button", { has: page.locator(".name", { hasText: schema }) }).first().click();
+
 for (const colorScheme of ["light", "dark"]) {
   for (const [width, height] of SIZES) {
     const { context, page, faults, elsewhere } = await open({ viewport: { width, height }, colorScheme });
     assert(!page.url().includes("#"), "the token stays in the address");
     await page.click("#drive-on");
-    await page.locator(".row > button").first().click();
-    await page.waitForSelector(".details td");
+    await openRow(page, "example");
+    await page.waitForSelector(".details .panel canvas");
+    await page.locator(".details .curve").first().click();
+    await page.waitForSelector(".details figure canvas.plot");
+    await page.locator("#floor").scrollIntoViewIfNeeded();
+    await page.waitForFunction(() => document.getElementById("floor-text").textContent.includes("heading"));
+    await page.waitForFunction(isDrawn, "#floor canvas");
     assert(await isReachable(page), `the stop is not reachable at ${width}x${height}`);
     const isWide = await page.evaluate(() => document.documentElement.scrollWidth > innerWidth || document.querySelector("main").scrollWidth > document.querySelector("main").clientWidth);
     assert(!isWide, `the page is wider than ${width}`);
     await page.screenshot({ path: `${folder}/${colorScheme}-${width}x${height}.png` });
+    for (const place of ["#floor", ".details .panel", ".details figure"]) {
+      await page.locator(place).last().scrollIntoViewIfNeeded();
+      await page.waitForFunction(isDrawn, `${place} canvas`);
+      await page.screenshot({ path: `${folder}/${colorScheme}-${width}x${height}-${place.replace(/\W+/g, "")}.png` });
+    }
     await page.evaluate(() => { const main = document.querySelector("main"); main.scrollTop = main.scrollHeight; });
     assert(await isReachable(page), "the stop scrolls away");
     await page.screenshot({ path: `${folder}/${colorScheme}-${width}x${height}-end.png` });
@@ -76,8 +93,10 @@ for (const colorScheme of ["light", "dark"]) {
 {
   const { context, page, faults } = await open({ viewport: { width: 390, height: 844 } });
   await page.click("#drive-on");
-  const pad = await page.locator("#pad").boundingBox();
   const press = async () => {
+    // The picture above it may have grown.
+    await page.locator("#pad").evaluate((pad) => pad.scrollIntoView({ block: "center" }));
+    const pad = await page.locator("#pad").boundingBox();
     await page.mouse.move(pad.x + pad.width / 2, pad.y + pad.height / 2);
     await page.mouse.down();
     await page.mouse.move(pad.x + pad.width / 2, pad.y + 30);
@@ -133,6 +152,13 @@ for (const colorScheme of ["light", "dark"]) {
   await other.page.click("#go-on");
   await other.page.click("#go-on-yes");
   await other.page.waitForSelector("#stopped", { state: "hidden" });
+  // A touch on a panel is an operator's, and whoever only looks has none.
+  await openRow(other.page, "example");
+  const target = other.page.locator(".panel .plane canvas").first();
+  await target.scrollIntoViewIfNeeded();
+  await other.page.waitForFunction(isDrawn, ".panel .plane canvas");
+  await target.tap();
+  await other.page.waitForFunction(() => [...document.querySelectorAll("#lines li")].some((line) => line.textContent.includes("clicked")));
   // A page that looks.
   const share = await other.page.inputValue("#share-address");
   const looking = await open({ viewport: { width: 390, height: 844 } }, share);

@@ -1,6 +1,5 @@
 //! The kinds of windows on an application, each in its own folder, and their common interface.
 
-pub(crate) mod body;
 pub(crate) mod events;
 pub(crate) mod panel;
 pub(crate) mod robot;

@@ -19,7 +19,7 @@ use jde_panel::{Gesture, Ink, List};
 use jde_records::snapshot::HoldKind;
 use jde_records::wire::state_name;
 
-use super::{Window, body};
+use super::Window;
 use crate::session::{OrderOutcome, WindowSession};
 use crate::style::{self, Style};
 use layout::ListLayout;
@@ -172,7 +172,7 @@ impl Window for Panel {
         if session.view(&self.schema).is_none() {
             return;
         }
-        self.outline = body::outline(session.body(&self.schema).as_ref());
+        self.outline = jde_timeline::outline(session.body(&self.schema).as_ref());
         let refused = match session.panel(&self.schema, RATE) {
             None => None,
             Some(Ok(list)) => {
@@ -236,7 +236,7 @@ pub(crate) mod bench {
         pub(crate) fn of(list: List) -> Self {
             Self {
                 list: Arc::new(list),
-                outline: body::outline(None),
+                outline: jde_timeline::outline(None),
                 ..Self::default()
             }
         }

@@ -2,12 +2,12 @@
 
 use jde_link::Rate;
 use jde_link::message::VariableInfo;
+use jde_timeline::outline;
 use jde_types::{
     BatteryState, Bumpers, Imu, LaserScan, LineSensor, Mission, Odometry, PanTilt, Pose2D, PositionFix,
     RangeRing, Twist, Value, WheelEncoders,
 };
 
-use super::super::body::outline;
 use super::super::trail::Trail;
 use super::reading::{VariableState, read};
 use crate::session::WindowSession;

@@ -7,13 +7,13 @@ use glam::{Affine3A, Vec3};
 use jde_panel::{Ink, Item, List};
 use jde_types::{LaserScan, Pose2D, RangeRing, Thing};
 
-use super::super::body::outline;
 use super::draw_list::{DrawList, Picture};
 use super::items::Items;
 use super::models::{self, CUT, SONAR_HEIGHT};
 use super::scene_data::{Camera, RobotData, RouteData, SceneData, frame};
 use super::solids;
 use crate::style::{Style, color_of};
+use jde_timeline::outline;
 
 /// Distance of a camera's image from the camera, in m.
 const PICTURE_DISTANCE: f32 = 0.7;

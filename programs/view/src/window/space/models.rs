@@ -7,10 +7,10 @@ use eframe::egui::Color32;
 use glam::{Affine3A, Vec3};
 use jde_types::{Pose2D, Thing};
 
-use super::super::body::round;
 use super::draw_list::{DrawList, Mesh, placed};
 use super::scene_data::frame;
 use crate::canvas::nose;
+use jde_timeline::round;
 
 /// Heights of the rays of a laser and of sonars above the floor, in m.
 pub(crate) const LASER_HEIGHT: f32 = 0.277;
