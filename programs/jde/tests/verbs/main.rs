@@ -23,6 +23,7 @@ mod liars;
 mod naming;
 mod new;
 mod page;
+mod page_network;
 mod panels;
 mod past;
 mod playing;

@@ -1,6 +1,6 @@
 //! The page for browsers, with real processes and sockets: who gets in, what a page may do, and when it ends.
 
-use std::io::{BufRead, BufReader, Read as _, Write as _};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,11 +14,11 @@ use crate::attached::Sandbox;
 use crate::support::{jde, jde_with_plugins, pair, root};
 
 /// A run with a page. It is killed when dropped.
-struct PageRun {
+pub(crate) struct PageRun {
     process: Child,
     /// `http://127.0.0.1:7480`.
-    origin: String,
-    token: String,
+    pub(crate) origin: String,
+    pub(crate) token: String,
     _output: Box<dyn BufRead>,
 }
 
@@ -30,7 +30,7 @@ impl Drop for PageRun {
 }
 
 impl PageRun {
-    fn start(sandbox: &Sandbox, application: &str, options: &[&str]) -> Self {
+    pub(crate) fn start(sandbox: &Sandbox, application: &str, options: &[&str]) -> Self {
         let mut command = jde_with_plugins(&["run", application, "--plain"]);
         command.args(options).stdout(Stdio::null()).stderr(Stdio::piped());
         Self::of(sandbox, command)
@@ -68,17 +68,24 @@ impl PageRun {
         }
     }
 
-    fn host(&self) -> &str {
-        self.origin.strip_prefix("http://").expect("there is no TLS")
+    pub(crate) fn host(&self) -> &str {
+        self.origin.split_once("://").expect("a scheme").1
     }
 
     /// Opens a socket from a page of this origin. Returns the status of a refusal.
     fn open(&self, origin: Option<&str>) -> Result<Visitor, u16> {
         let stream = TcpStream::connect(self.host()).expect("the page listens");
-        let address = format!("ws://{}/socket", self.host())
-            .parse()
-            .expect("an address");
-        let mut request = ClientRequestBuilder::new(address);
+        self.open_on(stream, &format!("ws://{}/socket", self.host()), origin)
+    }
+
+    /// As [`Self::open`], on any stream.
+    pub(crate) fn open_on<S: Read + Write>(
+        &self,
+        stream: S,
+        address: &str,
+        origin: Option<&str>,
+    ) -> Result<Visitor<S>, u16> {
+        let mut request = ClientRequestBuilder::new(address.parse().expect("an address"));
         if let Some(origin) = origin {
             request = request.with_header("Origin", origin);
         }
@@ -87,13 +94,26 @@ impl PageRun {
             Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(answer))) => {
                 Err(answer.status().as_u16())
             }
-            Err(error) => panic!("{error}"),
+            Err(tungstenite::HandshakeError::Failure(error)) => panic!("{error}"),
+            Err(tungstenite::HandshakeError::Interrupted(_)) => panic!("the stream blocks"),
         }
     }
 
     /// Opens the page itself with a token.
-    fn enter(&self, token: &str) -> (Visitor, Value) {
-        let mut visitor = self.open(Some(&self.origin)).expect("the page's own socket");
+    pub(crate) fn enter(&self, token: &str) -> (Visitor, Value) {
+        let visitor = self.open(Some(&self.origin)).expect("the page's own socket");
+        Self::enter_on(visitor, token)
+    }
+
+    /// Opens the page itself over a network that passes bytes on.
+    pub(crate) fn enter_by(&self, network: &str) -> (Visitor, Value) {
+        let stream = TcpStream::connect(network).expect("the network listens");
+        let address = format!("ws://{}/socket", self.host());
+        let visitor = self.open_on(stream, &address, Some(&self.origin));
+        Self::enter_on(visitor.expect("the page's own socket"), &self.token)
+    }
+
+    fn enter_on(mut visitor: Visitor, token: &str) -> (Visitor, Value) {
         visitor.say(&json!({ "do": "enter", "token": token, "name": "ana" }));
         let welcome = visitor.next("welcome");
         (visitor, welcome)
@@ -112,12 +132,12 @@ impl PageRun {
 }
 
 /// A page in a browser.
-struct Visitor {
-    socket: WebSocket<TcpStream>,
+pub(crate) struct Visitor<S = TcpStream> {
+    socket: WebSocket<S>,
 }
 
-impl Visitor {
-    fn say(&mut self, message: &Value) {
+impl<S: Read + Write> Visitor<S> {
+    pub(crate) fn say(&mut self, message: &Value) {
         self.socket
             .send(Message::text(message.to_string()))
             .expect("it is sent");
@@ -133,7 +153,7 @@ impl Visitor {
     }
 
     /// Reads up to the next message of a kind.
-    fn next(&mut self, kind: &str) -> Value {
+    pub(crate) fn next(&mut self, kind: &str) -> Value {
         loop {
             let message = self.read();
             if message["t"] == kind {
@@ -143,7 +163,7 @@ impl Visitor {
     }
 
     /// Reads up to a state that fits.
-    fn until(&mut self, fits: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn until(&mut self, fits: impl Fn(&Value) -> bool) -> Value {
         loop {
             let state = self.next("state");
             if fits(&state) {
@@ -153,17 +173,17 @@ impl Visitor {
     }
 
     /// Reads up to the refusal of an order to drive, for this reason.
-    fn refused(&mut self, reason: &str) {
+    pub(crate) fn refused(&mut self, reason: &str) {
         while !is_refusal(&self.next("drive"), reason) {}
     }
 
-    fn order(&mut self, order: &str) -> Value {
+    pub(crate) fn order(&mut self, order: &str) -> Value {
         self.say(&json!({ "do": order, "id": 1 }));
         self.next("answer")
     }
 
     /// Holds the pad, as the page does, until a state fits.
-    fn drive_until(&mut self, fits: impl Fn(&Value) -> bool) {
+    pub(crate) fn drive_until(&mut self, fits: impl Fn(&Value) -> bool) {
         loop {
             let message = self.read();
             if message["t"] == "tick" {
@@ -191,11 +211,11 @@ fn state_of(state: &Value, schema: &str) -> String {
     })
 }
 
-fn drives(state: &Value) -> bool {
+pub(crate) fn drives(state: &Value) -> bool {
     state_of(state, "teleop") == "WINNER"
 }
 
-fn safe_navigation() -> String {
+pub(crate) fn safe_navigation() -> String {
     root().join("apps/safe-navigation.toml").display().to_string()
 }
 
