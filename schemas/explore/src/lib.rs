@@ -69,7 +69,9 @@ pub struct Explore {
     /// How many places are left out: given up, or without a way to them.
     #[export(lasting)]
     left_out: Export<u32>,
-    survey: Option<Survey>,
+    survey: Option<(Basis, Survey)>,
+    /// The last survey that ended, and what it found.
+    last: Option<(Basis, Survey)>,
     surveyed: Surveyed,
     aim: Option<Aim>,
     given_up: Vec<GivenUp>,
@@ -81,6 +83,9 @@ pub struct Explore {
     seen: u32,
     words: String,
 }
+
+/// What a survey depends on, beside the place of the robot: the number of the map, and the modulations.
+type Basis = (u64, [f64; 3]);
 
 /// The frontier that is driven to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +107,8 @@ struct GivenUp {
 
 impl Schema for Explore {
     fn awake(&mut self, _: &Context) -> Result {
-        (self.survey, self.aim, self.closed_since) = (None, None, None);
+        (self.survey, self.last) = (None, None);
+        (self.aim, self.closed_since) = (None, None);
         Ok(())
     }
 
@@ -159,32 +165,61 @@ impl Explore {
     /// target, so that a recovery drives it out; without a map or a place it has none.
     fn look_around(&mut self, cx: &Context) -> Result<(), String> {
         let cells = self.cells.get(cx).into();
+        if self.survey.is_none() && self.is_surveyed(cx) {
+            self.surveyed.begun = cx.now();
+            self.end_survey(cx);
+            return Ok(());
+        }
         let survey = match self.survey(cx) {
             Ok(survey) => survey,
             Err(error) => {
-                self.survey = None;
+                (self.survey, self.last) = (None, None);
                 self.aim.take_if(|_| !error.is::<PlanError>());
                 return Err(error.to_string());
             }
         };
-        if survey.advance(cells)
-            && let Some(survey) = self.survey.take()
-        {
-            let apart = self.apart.get(cx);
-            self.surveyed = survey.end(self.min_frontier_size.get(cx), apart, &mut self.given_up);
-            self.area.write(cx, self.surveyed.area);
-            self.decide(cx);
+        if survey.1.advance(cells) {
+            self.last = self.survey.take();
+            if let Some((_, survey)) = &self.last {
+                let apart = self.apart.get(cx);
+                self.surveyed = survey.end(self.min_frontier_size.get(cx), apart, &mut self.given_up);
+            }
+            self.end_survey(cx);
         }
         Ok(())
     }
 
+    /// Exports the area, and decides.
+    fn end_survey(&mut self, cx: &Context) {
+        self.area.write(cx, self.surveyed.area);
+        self.decide(cx);
+    }
+
+    /// Whether a survey would find the same frontiers as the last one. While there is a target, the ways to them do not matter.
+    fn is_surveyed(&self, cx: &Context) -> bool {
+        let last = self.last.as_ref().zip(self.map.get(cx)).zip(self.robot(cx));
+        self.aim.is_some()
+            && last.is_some_and(|(((basis, survey), map), robot)| {
+                *basis == self.basis(cx, map.sequence()) && survey.reaches((robot.x, robot.y))
+            })
+    }
+
+    /// What a survey of the map of this number depends on.
+    fn basis(&self, cx: &Context, map: u64) -> Basis {
+        let modulations = [&self.inscribed_radius, &self.min_frontier_size, &self.apart];
+        (map, modulations.map(|modulation| modulation.get(cx)))
+    }
+
     /// The survey under way, or a new one.
-    fn survey(&mut self, cx: &Context) -> Result<&mut Survey> {
+    fn survey(&mut self, cx: &Context) -> Result<&mut (Basis, Survey)> {
         let map = self.map.get(cx).ok_or("there is no map")?;
         let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
         let survey = match self.survey.take() {
             Some(survey) => survey,
-            None => Survey::new(&map, (robot.x, robot.y), self.inscribed_radius.get(cx), cx.now())?,
+            None => (
+                self.basis(cx, map.sequence()),
+                Survey::new(&map, (robot.x, robot.y), self.inscribed_radius.get(cx), cx.now())?,
+            ),
         };
         Ok(self.survey.insert(survey))
     }

@@ -52,6 +52,7 @@ impl Panel for Explore {
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         if gesture.pressed("again") {
             self.given_up.clear();
+            self.last = None;
             info!(cx, "{} has what was given up tried again", gesture.by());
         }
         Ok(())

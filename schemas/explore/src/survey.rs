@@ -73,7 +73,7 @@ impl Survey {
 
     /// Returns the frontiers of at least this length in metres, without the cells within `apart` of what was given up. Forgets what
     /// was given up and has been seen since: on the map, without a cell of a frontier within `apart`.
-    pub(crate) fn end(self, least: f64, apart: f64, given_up: &mut Vec<GivenUp>) -> Surveyed {
+    pub(crate) fn end(&self, least: f64, apart: f64, given_up: &mut Vec<GivenUp>) -> Surveyed {
         let geometry = *self.grid.geometry();
         let resolution = geometry.resolution();
         let free = self
@@ -114,6 +114,12 @@ impl Survey {
             frontiers: long,
             area: free as f64 * resolution * resolution,
         }
+    }
+
+    /// Whether a way leads to a place, m.
+    pub(crate) fn reaches(&self, place: (f64, f64)) -> bool {
+        let cell = self.grid.geometry().cell_at(place);
+        cell.and_then(|cell| self.field.price(cell)).is_some()
     }
 
     /// Where the robot would drive, and the length of the way, m: to the nearest cell of these to their middle.

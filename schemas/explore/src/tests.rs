@@ -286,6 +286,23 @@ fn a_large_map_takes_several_iterations() {
 }
 
 #[test]
+fn a_map_that_was_surveyed_is_not_surveyed_again_on_the_way_to_a_target() {
+    let large: Vec<String> = (0..60).map(|_| ".".repeat(60)).collect();
+    let mut bench = bench(0.95);
+    assert!(target(&mut bench, &rows(&large), 0).is_some());
+    // A survey would now take several iterations.
+    bench.set("cells", 1000_u32);
+    for x in [1.05, 1.15, 1.25] {
+        stand(&mut bench, x, 0.35);
+        bench.iterate().expect("the iteration succeeds");
+        assert!(bench.schema().survey.is_none(), "at {x} m");
+    }
+    bench.import("map", &*map(&rows(&large), 1));
+    bench.iterate().expect("the iteration succeeds");
+    assert!(bench.schema().survey.is_some(), "the map is a new one");
+}
+
+#[test]
 fn what_is_missing_or_wrong_is_said_and_no_other_target_is_chosen() {
     type Spoil = fn(&mut Bench<Explore>);
     let cases: [(Spoil, &str, Option<Pose2D>); 6] = [
