@@ -24,6 +24,8 @@ const MOTION: Rate = Rate::Hz(10);
 const SLOW: Rate = Rate::Hz(2);
 /// How often a page gets a picture.
 const INTERVAL: Duration = Duration::from_millis(200);
+/// Poses of one instant arrive within this time, ns.
+const SAME_TIME: u64 = 1_000_000_000;
 /// Points of a path, and of a scan: a phone has not many more columns.
 const MAX_POINTS: usize = 360;
 
@@ -36,6 +38,8 @@ pub(crate) struct Floor {
     targets: BTreeMap<String, [f64; 2]>,
     ways: BTreeMap<String, Vec<[f64; 2]>>,
     things: BTreeMap<String, Vec<Thing>>,
+    /// The time of the newest pose, ns.
+    time: u64,
     is_new: bool,
     drawn: Option<Instant>,
 }
@@ -77,6 +81,7 @@ pub(crate) fn open(model: &Model) -> Result<(Vec<Subscription>, Arc<Mutex<Floor>
         targets: BTreeMap::new(),
         ways: BTreeMap::new(),
         things: BTreeMap::new(),
+        time: 0,
         is_new: true,
         drawn: None,
     }));
@@ -91,6 +96,7 @@ pub(crate) fn open(model: &Model) -> Result<(Vec<Subscription>, Arc<Mutex<Floor>
             MOTION,
             move |floor, sample, truth: Option<Truth>| {
                 if let Some(truth) = truth {
+                    floor.advance(sample.time);
                     floor.drive.robots[place].add_truth(sample.time, truth, false, || None);
                 }
             },
@@ -100,6 +106,7 @@ pub(crate) fn open(model: &Model) -> Result<(Vec<Subscription>, Arc<Mutex<Floor>
             MOTION,
             move |floor, sample, odometry: Option<Odometry>| {
                 if let Some(odometry) = odometry {
+                    floor.advance(sample.time);
                     floor.drive.robots[place].add_odometry(sample.time, &odometry, || None);
                 }
             },
@@ -212,6 +219,20 @@ impl Opening<'_> {
 const MAX_OF_TYPE: usize = 8;
 
 impl Floor {
+    /// Takes the time of a pose. A recording that is played again begins another path.
+    fn advance(&mut self, time: u64) {
+        if time + SAME_TIME < self.time {
+            let robots = std::mem::take(&mut self.drive.robots);
+            let sources = robots.iter().map(|robot| robot.sources.clone()).collect();
+            self.drive = DriveTimeline::new(sources, None, 0);
+            for (new, old) in self.drive.robots.iter_mut().zip(robots) {
+                new.body = old.body;
+            }
+            self.time = 0;
+        }
+        self.time = self.time.max(time);
+    }
+
     /// Draws what is new, if the last picture is old enough.
     pub(crate) fn draw(&mut self, parts: &Parts) {
         if !self.is_new || self.drawn.is_some_and(|drawn| drawn.elapsed() < INTERVAL) {

@@ -13,11 +13,11 @@ use crate::model::Model;
 /// How often a page shows a panel.
 const RATE: Rate = Rate::Hz(5);
 /// Points of a panel: more than a phone has columns, of several curves.
-const MAX_POINTS: usize = 4000;
+const MAX_POINTS: usize = 2500;
 /// Bytes of all pictures of a panel.
-const MAX_PIXELS: usize = 96 << 10;
-/// The longest panel as JSON, bytes.
-const MAX_BYTES: usize = 256 << 10;
+const MAX_PIXELS: usize = 48 << 10;
+/// The longest panel as JSON, bytes: 4 s of a slow mobile network.
+const MAX_BYTES: usize = 128 << 10;
 
 /// Subscribes to the panel of a schema, which becomes the only part of a topic. Waits for the link.
 ///
@@ -223,7 +223,7 @@ mod tests {
         assert!(view.to_string().len() < MAX_BYTES);
         let row = &view["items"][0]["row"]["items"];
         assert_eq!(row[0]["image"]["size"], json!([1000, 1000]));
-        assert_eq!(row[0]["image"]["width"], 167);
+        assert_eq!(row[0]["image"]["width"], 125);
         let kept = row[1]["canvas"]["shapes"][0]["points"]["points"]
             .as_array()
             .unwrap();

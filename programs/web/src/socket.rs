@@ -126,9 +126,19 @@ where
 struct Looks {
     /// Each with the newest version that was sent.
     topics: BTreeMap<Topic, u64>,
-    /// Whether the page has not said yet that it has taken the last message: nothing more is sent until then, so that no
-    /// answer waits behind more than one.
-    is_untaken: bool,
+    /// When the last message was sent, until the page says that it has taken it: no answer waits behind more than one.
+    sent: Option<Instant>,
+    /// When there may be another one: a network that is slow is used half of the time.
+    next: Option<Instant>,
+}
+
+impl Looks {
+    /// The page has taken the last message.
+    fn take(&mut self, now: Instant) {
+        if let Some(sent) = self.sent.take() {
+            self.next = Some(now + now.saturating_duration_since(sent));
+        }
+    }
 }
 
 /// Serves a page until it leaves.
@@ -309,7 +319,7 @@ impl Visit {
                 self.order(id, Action::Touch { schema, gesture }, &self.orders);
             }
             Order::Look { at } => self.look_at(at),
-            Order::Taken {} => self.looks.lock().is_untaken = false,
+            Order::Taken {} => self.looks.lock().take(Instant::now()),
             Order::StopAll { id } => self.order(id, Action::StopAll, &self.stops),
             Order::ReleaseAll { id } => self.order(id, Action::ReleaseAll, &self.orders),
             Order::Play { id, schema } => self.order(id, Action::Play { schema }, &self.orders),
@@ -385,7 +395,7 @@ impl Visit {
     /// Returns the message of what is new of all that the page looks at, as far as its budget of bytes allows.
     fn look(&self, budget: &mut TokenBucket) -> Option<String> {
         let mut looks = self.looks.lock();
-        if looks.is_untaken {
+        if looks.sent.is_some() || looks.next.is_some_and(|next| Instant::now() < next) {
             return None;
         }
         let mut news = Vec::new();
@@ -399,10 +409,10 @@ impl Visit {
                 news.push(format!(r#"{{"topic":{topic},"parts":{parts}}}"#));
             }
         }
-        looks.is_untaken = !news.is_empty();
+        looks.sent = (!news.is_empty()).then(Instant::now);
         looks
-            .is_untaken
-            .then(|| format!(r#"{{"t":"looks","news":[{}]}}"#, news.join(",")))
+            .sent
+            .map(|_| format!(r#"{{"t":"looks","news":[{}]}}"#, news.join(",")))
     }
 
     fn say(&self, message: &serde_json::Value) {

@@ -256,6 +256,10 @@ fn a_page_that_looks_operates_nothing() {
     for order in ["stop-all", "release-all"] {
         assert_eq!(page.order(order)["ok"], false, "{order}");
     }
+    let gesture =
+        json!({ "widget": "field", "touch": { "clicked": { "at": [1.0, 1.0, 0.0], "button": "primary" } } });
+    page.say(&json!({ "do": "touch", "id": 1, "schema": "example", "gesture": gesture }));
+    assert_eq!(page.next("answer")["ok"], false);
     let tick = page.next("tick")["n"].as_u64().expect("a number");
     page.say(&drive(tick));
     assert_eq!(page.next("drive")["held"], false);
