@@ -14,7 +14,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         "Inspect running applications",
         &[
             "view", "web", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record",
-            "shell",
+            "ready", "shell",
         ],
     ),
     ("Report on recordings", &["info", "plot", "report"]),

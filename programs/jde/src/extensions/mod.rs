@@ -14,7 +14,8 @@ pub(crate) use link::LinkOptions;
 pub(crate) use page::PageOptions;
 pub(crate) use panels::PanelOptions;
 pub(crate) use record::{
-    RecordOptions, TriggerWindow, parse_triggers, recording_failure, recording_summary, report_trouble,
+    RecordOptions, TriggerWindow, condition_failure, parse_triggers, recording_failure, recording_summary,
+    report_trouble,
 };
 pub(crate) use ros::{CLOCK, RosOptions, SIM_TIME, SimTime, node_name as ros_node_name};
 

@@ -297,7 +297,7 @@ pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<Tri
 }
 
 /// Returns the failure of a condition that cannot be read.
-pub(super) fn condition_failure(error: BadCondition) -> Failure {
+pub(crate) fn condition_failure(error: BadCondition) -> Failure {
     Failure::usage(
         error.to_string(),
         "conditions are conflict, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \

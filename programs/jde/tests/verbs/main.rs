@@ -29,6 +29,7 @@ mod past;
 mod playing;
 mod plot_and_report;
 mod policies;
+mod readiness;
 mod recording;
 mod reloading;
 mod replaying;

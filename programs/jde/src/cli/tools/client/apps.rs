@@ -198,7 +198,7 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
 }
 
 /// Returns the winners of an application, and how it ended.
-fn present(remote: &Remote) -> Result<(Vec<String>, Option<Outcome>), Error> {
+pub(super) fn present(remote: &Remote) -> Result<(Vec<String>, Option<Outcome>), Error> {
     let (sender, receiver) = channel();
     // All earlier events have arrived when this returns. The end is the last, but for what operators asked since.
     drop(remote.events(&[RecordKind::Event], MAX_EVENTS, move |event| {

@@ -12,6 +12,7 @@ pub(crate) mod panel;
 mod past;
 mod ps;
 mod rate_limiter;
+mod ready;
 mod record;
 mod reload;
 mod resolve;
@@ -34,6 +35,7 @@ pub(crate) use target::{Context, Target};
 #[derive(Subcommand)]
 pub(crate) enum Client {
     Apps(apps::Apps),
+    Ready(ready::Ready),
     Ps(ps::Ps),
     Top(top::Top),
     Vars(vars::Vars),
@@ -61,6 +63,7 @@ impl Client {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let ran = match self {
             Self::Apps(apps) => apps.run(context),
+            Self::Ready(ready) => ready.run(context),
             Self::Ps(ps) => ps.run(context),
             Self::Top(top) => top.run(context),
             Self::Vars(vars) => vars.run(context),

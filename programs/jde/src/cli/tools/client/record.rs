@@ -11,7 +11,7 @@ use std::time::{Duration, Instant, SystemTime};
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_abi::describe::Type;
-use jde_conditions::{Names, Triggers};
+use jde_conditions::{Condition, Names, Triggers};
 use jde_core::Nanos;
 use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
@@ -29,7 +29,8 @@ use super::{Context, Target};
 use crate::cli::tools::recording::SplitArgs;
 use crate::complete;
 use crate::extensions::{
-    PanelOptions, TriggerWindow, parse_triggers, recording_failure, recording_summary, report_trouble,
+    PanelOptions, TriggerWindow, condition_failure, parse_triggers, recording_failure, recording_summary,
+    report_trouble,
 };
 use crate::failure::{Failure, display_path};
 use crate::quantity;
@@ -185,6 +186,25 @@ fn condition_names(remote: &Remote, variables: &[VariableInfo]) -> Result<Names,
         groups: groups.into_iter().map(|group| group.name).collect(),
         variables: types.collect::<Result<_, Failure>>()?,
     })
+}
+
+/// Returns whether a condition is true now. Without a value of a variable that it names it is not.
+pub(super) fn is_true(remote: &Remote, condition: &str) -> Result<bool, Failure> {
+    let names = condition_names(remote, &remote.variables(false)?)?;
+    let condition = Condition::new(condition, &names).map_err(condition_failure)?;
+    let mut triggers = Triggers::new(names, vec![condition]);
+    let hierarchy = remote.hierarchy()?;
+    process_states(&mut triggers, &hierarchy);
+    let variables: Vec<String> = triggers.variables().into_iter().map(str::to_owned).collect();
+    let mut fired = Vec::new();
+    for variable in variables {
+        if let Some(bytes) = remote.get(&variable)?.bytes {
+            triggers.process_value(hierarchy.time, &variable, &bytes, &mut fired);
+        }
+    }
+    // The last value may be too near to the one before to be evaluated at once.
+    triggers.advance(hierarchy.time + 1_000_000_000, &mut fired);
+    Ok(!fired.is_empty())
 }
 
 /// Passes the present states to the conditions. They make no condition true.
