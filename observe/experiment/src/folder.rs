@@ -26,6 +26,9 @@ const MAX_STATE: u64 = 1 << 20;
 /// What a folder of results belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FolderState {
+    /// The version of jde that made the results.
+    #[serde(default)]
+    pub version: String,
     /// The experiment's file.
     pub file: PathBuf,
     /// The fingerprint of the experiment, its application, its worlds and its plugins.
@@ -59,7 +62,7 @@ pub enum FolderError {
         /// The folder.
         folder: PathBuf,
         /// What differs.
-        what: &'static str,
+        what: String,
     },
     /// Its results are damaged.
     #[error(transparent)]
@@ -168,6 +171,7 @@ impl FolderState {
         shards: BTreeSet<[usize; 2]>,
     ) -> io::Result<Self> {
         Ok(Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             file: experiment.file.clone(),
             fingerprint: fingerprint(experiment, applications)?,
             drives: experiment.drives(),
@@ -208,10 +212,12 @@ impl FolderState {
     /// # Errors
     /// What differs.
     pub fn expect_same(&self, other: &Self, folder: &Path) -> Result<(), FolderError> {
-        let what = if self.fingerprint != other.fingerprint {
-            "another experiment, or its application, a world or a plugin has changed since"
+        let what = if self.version != other.version {
+            format!("jde {}, and this is jde {}", self.version, other.version)
+        } else if self.fingerprint != other.fingerprint {
+            "another experiment, or its application, a world or a plugin has changed since".to_owned()
         } else if self.shards != other.shards {
-            "another part of the experiment"
+            "another part of the experiment".to_owned()
         } else {
             return Ok(());
         };

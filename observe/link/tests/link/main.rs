@@ -8,6 +8,7 @@ mod driving;
 mod everything;
 mod hostile;
 mod imports;
+mod kept;
 mod local;
 mod network;
 mod panels;

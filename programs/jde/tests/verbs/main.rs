@@ -19,6 +19,7 @@ mod inspections;
 mod installed;
 mod isolated;
 mod keeping;
+mod kept;
 mod liars;
 mod naming;
 mod new;
