@@ -40,6 +40,7 @@ pub(crate) struct Floor {
     things: BTreeMap<String, Vec<Thing>>,
     /// The time of the newest pose, ns.
     time: u64,
+    /// Whether a value has arrived that no picture shows.
     is_new: bool,
     drawn: Option<Instant>,
 }
@@ -82,7 +83,7 @@ pub(crate) fn open(model: &Model) -> Result<(Vec<Subscription>, Arc<Mutex<Floor>
         ways: BTreeMap::new(),
         things: BTreeMap::new(),
         time: 0,
-        is_new: true,
+        is_new: false,
         drawn: None,
     }));
     let mut opening = Opening {
