@@ -51,6 +51,7 @@ pub use mark::{
 };
 pub use mission::MissionTimeline;
 pub use outline::{outline, round};
+pub use present::acting;
 pub use record_log::{Decisions, LogLimits, RecordLog};
 pub use robot::{PathPoint, RobotTimeline, is_placed};
 pub use robot_sources::{Export, RobotSources};

@@ -58,3 +58,22 @@ impl Timeline {
         }
     }
 }
+
+/// Returns the winners from the roots down. Follows the first group of each winner, as long as that group has
+/// a winner.
+#[must_use]
+pub fn acting(snapshot: &Snapshot) -> Vec<String> {
+    let mut names = Vec::new();
+    let mut father = None;
+    while let Some(group) = snapshot.groups.iter().find(|group| group.father == father)
+        && let Some(winner) = group.winner
+        && names.len() < snapshot.schemas.len()
+    {
+        if snapshot.schemas[winner].state != State::Winner {
+            break;
+        }
+        names.push(snapshot.schemas[winner].name.clone());
+        father = Some(winner);
+    }
+    names
+}

@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use eframe::egui;
-use jde_link::{Client, Reach};
+use jde_link::{Client, Folders, Reach};
 
 use crate::graphics_card::{self, DeviceLoss};
 use crate::keys::KeyList;
@@ -172,10 +172,15 @@ impl App {
         }
         match next {
             None => {}
+            Some(Next::Chosen(Selection::Stop(about))) => {
+                self.stop(&ctx, StopTarget::One(format!("{}@{}", about.name, about.id)));
+            }
+            Some(Next::Chosen(Selection::Address(address))) => self.reach(&ctx, &address),
             Some(Next::Chosen(selection)) => {
                 let is_chosen = |left: &mut Box<Workspace>| match &selection {
                     Selection::Application(about) => left.session().about().id == about.id,
                     Selection::Recording(file) => left.recording() == Some(file),
+                    Selection::Stop(_) | Selection::Address(_) => false,
                 };
                 match (self.left.take_if(is_chosen), selection) {
                     (Some(left), _) => self.show(&ctx, left),
@@ -183,6 +188,7 @@ impl App {
                         self.connect(&ctx, format!("{}@{}", about.name, about.id));
                     }
                     (None, Selection::Recording(file)) => self.play(&ctx, file),
+                    (None, Selection::Stop(_) | Selection::Address(_)) => {}
                 }
             }
             Some(Next::Workspace(opened)) => {
@@ -244,7 +250,10 @@ impl App {
     /// Stops everything that the page concerns, and goes on asking until that is acknowledged.
     fn stop(&mut self, ctx: &egui::Context, target: StopTarget) {
         let names = match &mut self.page {
-            Page::Start(start) => start.running(),
+            Page::Start(start) => match &target {
+                StopTarget::All => start.running(),
+                StopTarget::One(name) => vec![name.split('@').next().unwrap_or_default().to_owned()],
+            },
             Page::Connecting { name, .. } => vec![name.clone()],
             Page::Open(workspace) => vec![workspace.session().about().name.clone()],
         };
@@ -262,6 +271,25 @@ impl App {
                 "not asked, because there is no thread: {error}; press again"
             ));
         }
+    }
+
+    /// Looks for applications at addresses from now on, with the credentials given at the start; without one, for those of
+    /// this machine.
+    fn reach(&mut self, ctx: &egui::Context, addresses: &str) {
+        let endpoints: Vec<_> = addresses.split_whitespace().map(str::to_owned).collect();
+        let (login, tls) = match &self.opening.reach {
+            Reach::Network { login, tls, .. } => (login.clone(), tls.clone()),
+            Reach::Local(_) => (None, None),
+        };
+        self.opening.reach = match endpoints.is_empty() {
+            true => Reach::Local(Folders::of_user()),
+            false => Reach::Network {
+                endpoints,
+                login,
+                tls,
+            },
+        };
+        self.page = Page::Start(StartPage::new(ctx, &self.opening));
     }
 
     fn connect(&mut self, ctx: &egui::Context, name: String) {

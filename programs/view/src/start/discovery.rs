@@ -1,5 +1,6 @@
 //! Searches for running applications and for recordings, on its own thread. It opens none.
 
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
@@ -11,6 +12,8 @@ use jde_link::message::About;
 use jde_link::{Client, Reach};
 use parking_lot::{Mutex, MutexGuard};
 
+use super::present::Present;
+
 /// Pause between two searches.
 const SEARCH_INTERVAL: Duration = Duration::from_secs(1);
 /// Maximum number of recordings listed, the newest first.
@@ -20,12 +23,14 @@ const MAX_RECORDINGS: usize = 200;
 pub(crate) struct Discovery(Arc<Mutex<Discovered>>);
 
 /// The result of the last search.
-#[derive(Default, PartialEq)]
+#[derive(Default)]
 pub(crate) struct Discovered {
     pub(super) searched: bool,
     pub(crate) running: Vec<About>,
     pub(super) recordings: Vec<RecordingFile>,
     pub(super) trouble: Option<String>,
+    /// How each application stands, by its id, once it has answered.
+    pub(super) present: HashMap<String, Present>,
 }
 
 /// A recording.
@@ -34,6 +39,14 @@ pub(crate) struct RecordingFile {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
     pub(super) written: SystemTime,
+}
+
+impl Discovered {
+    /// Whether a search found something else. How applications stand is reported by whoever watches them.
+    fn is_other(&self, new: &Self) -> bool {
+        (self.searched, &self.running, &self.recordings, &self.trouble)
+            != (new.searched, &new.running, &new.recordings, &new.trouble)
+    }
 }
 
 impl Discovery {
@@ -57,6 +70,7 @@ impl Discovery {
 
 /// Searches once a second until the result is no longer held.
 fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
+    let mut watched: HashSet<String> = HashSet::new();
     loop {
         let found = Client::connect(reach).and_then(|client| {
             let running = client.applications()?;
@@ -65,6 +79,12 @@ fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], r
         });
         let recordings = files(folders);
         let Some(seen) = results.upgrade() else { return };
+        let running = found.iter().flat_map(|(running, _)| running);
+        for about in running.filter(|about| about.executor != "replay") {
+            if watched.insert(about.id.clone()) {
+                watch(results, reach, about, repaint);
+            }
+        }
         {
             let mut seen = seen.lock();
             let (running, trouble) = match found {
@@ -76,14 +96,41 @@ fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], r
                 running,
                 recordings,
                 trouble,
+                present: std::mem::take(&mut seen.present),
             };
-            if *seen != now {
-                *seen = now;
+            let is_new = seen.is_other(&now);
+            *seen = now;
+            if is_new {
                 repaint.request_repaint();
             }
         }
         drop(seen);
         thread::sleep(SEARCH_INTERVAL);
+    }
+}
+
+/// Asks an application once a second how it stands, on a thread of its own, so that one that hangs delays no other.
+fn watch(results: &Weak<Mutex<Discovered>>, reach: &Reach, about: &About, repaint: &egui::Context) {
+    let (results, reach, repaint) = (results.clone(), reach.clone(), repaint.clone());
+    let name = format!("{}@{}", about.name, about.id);
+    let worker = move || {
+        let Ok(remote) = Client::connect(&reach).and_then(|client| client.application(Some(&name))) else {
+            return;
+        };
+        while remote.is_alive() {
+            let present = Present::of(&remote);
+            let Some(seen) = results.upgrade() else { return };
+            seen.lock().present.insert(remote.about().id.clone(), present);
+            repaint.request_repaint();
+            drop(seen);
+            thread::sleep(SEARCH_INTERVAL);
+        }
+    };
+    if let Err(error) = thread::Builder::new()
+        .name("view-present".to_owned())
+        .spawn(worker)
+    {
+        tracing::error!("no thread to ask an application: {error}");
     }
 }
 

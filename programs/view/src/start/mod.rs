@@ -1,17 +1,22 @@
 //! The start page: running applications, local or where the user pointed, and recordings. A click opens one.
 
 mod discovery;
+mod present;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui;
 use egui_extras::{Column, TableBuilder};
+use jde_link::Reach;
 use jde_link::message::{About, Network};
 
 use crate::Opening;
 use discovery::Discovered;
 pub(crate) use discovery::Discovery;
+
+/// Height of a row, in points: that of a button which stops a robot.
+const ROW_HEIGHT: f32 = 32.0;
 
 /// The user's choice.
 pub(crate) enum Selection {
@@ -19,6 +24,10 @@ pub(crate) enum Selection {
     Application(Box<About>),
     /// A recording.
     Recording(PathBuf),
+    /// A stop of everything in a running application.
+    Stop(Box<About>),
+    /// The applications at an address, such as `tls/robot2:7447`.
+    Address(String),
 }
 
 /// The start page.
@@ -29,6 +38,7 @@ pub(crate) struct StartPage {
     pub(crate) eager: bool,
     discovery: Discovery,
     typed: String,
+    address: String,
 }
 
 impl StartPage {
@@ -39,6 +49,10 @@ impl StartPage {
             eager: false,
             discovery: Discovery::new(ctx, &opening.reach, &opening.recordings),
             typed: String::new(),
+            address: match &opening.reach {
+                Reach::Local(_) => String::new(),
+                Reach::Network { endpoints, .. } => endpoints.join(" "),
+            },
         }
     }
 
@@ -74,6 +88,15 @@ impl StartPage {
                     ui.colored_label(ui.visuals().error_fg_color, trouble);
                 }
                 ui.push_id("running", |ui| chosen = chosen.take().or(running(ui, &seen)));
+                ui.add_space(8.0);
+                let address = typed(
+                    ui,
+                    "Another machine:",
+                    "tls/robot2:7447",
+                    "Connect",
+                    &mut self.address,
+                );
+                chosen = chosen.take().or(address.map(Selection::Address));
                 ui.add_space(16.0);
                 ui.heading("Recordings");
                 ui.push_id("recordings", |ui| {
@@ -81,17 +104,11 @@ impl StartPage {
                 });
                 drop(seen);
                 ui.add_space(8.0);
-                ui.horizontal(|ui| {
-                    let label = ui.label("Another recording:");
-                    let field = egui::TextEdit::singleline(&mut self.typed)
-                        .hint_text("drive.mcap")
-                        .desired_width(320.0);
-                    let field = ui.add(field).labelled_by(label.id);
-                    let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                    if (ui.button("Open").clicked() || entered) && !self.typed.trim().is_empty() {
-                        chosen = Some(Selection::Recording(PathBuf::from(self.typed.trim())));
-                    }
-                });
+                let file = typed(ui, "Another recording:", "drive.mcap", "Open", &mut self.typed);
+                let file = file.filter(|file| !file.is_empty());
+                chosen = chosen
+                    .take()
+                    .or(file.map(|file| Selection::Recording(PathBuf::from(file))));
             });
         });
         let dropped = ui.input(|input| {
@@ -104,6 +121,20 @@ impl StartPage {
         });
         chosen.or(dropped.map(Selection::Recording))
     }
+}
+
+/// A field with its name and a button. Returns its text when the button or Enter is pressed.
+fn typed(ui: &mut egui::Ui, name: &str, hint: &str, button: &str, text: &mut String) -> Option<String> {
+    ui.horizontal(|ui| {
+        let label = ui.label(name);
+        let field = egui::TextEdit::singleline(text)
+            .hint_text(hint)
+            .desired_width(320.0);
+        let field = ui.add(field).labelled_by(label.id);
+        let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        (ui.button(button).clicked() || entered).then(|| text.trim().to_owned())
+    })
+    .inner
 }
 
 fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
@@ -123,7 +154,10 @@ fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
         ui,
         &[
             "Name",
-            "Application",
+            "Who acts",
+            "Mission",
+            "Battery",
+            "",
             "Where",
             "Since",
             "Clients from the network",
@@ -131,15 +165,31 @@ fn running(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
         seen.running.len(),
         |row, column, ui| {
             let about = &seen.running[row];
+            let present = seen.present.get(&about.id);
             match column {
                 0 => {
-                    if ui.link(&about.name).on_hover_text("Opens its windows.").clicked() {
+                    let hint = format!("Opens its windows.\n{}, {}", about.application, about.file);
+                    if ui.link(&about.name).on_hover_text(hint).clicked() {
                         chosen = Some(Selection::Application(Box::new(about.clone())));
                     }
                 }
-                1 => drop(ui.label(&about.application).on_hover_text(&about.file)),
-                2 => drop(ui.label(format!("{}@{}", about.user, about.host))),
-                3 => drop(ui.label(ago(UNIX_EPOCH + Duration::from_nanos(about.started_ns)))),
+                1 if about.executor == "replay" => drop(ui.weak("a recording")),
+                1 => drop(ui.label(present.map_or("...", |present| present.acting.as_str()))),
+                2 => drop(ui.label(present.map_or("", |present| present.mission.as_str()))),
+                3 => drop(ui.label(present.map_or("", |present| present.battery.as_str()))),
+                4 if about.executor == "replay" => {}
+                4 => {
+                    let button = ui
+                        .add(egui::Button::new("Stop").min_size(egui::vec2(56.0, ROW_HEIGHT)))
+                        .on_hover_text("Stops all of this application; the actuators brake.");
+                    let name = format!("stop {}", about.name);
+                    button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
+                    if button.clicked() {
+                        chosen = Some(Selection::Stop(Box::new(about.clone())));
+                    }
+                }
+                5 => drop(ui.label(format!("{}@{}", about.user, about.host))),
+                6 => drop(ui.label(ago(UNIX_EPOCH + Duration::from_nanos(about.started_ns)))),
                 _ => drop(ui.label(match about.network {
                     Network::Closed => "have no access",
                     Network::Read => "may observe",
@@ -184,7 +234,11 @@ fn recordings(ui: &mut egui::Ui, seen: &Discovered) -> Option<Selection> {
 }
 
 fn table(ui: &mut egui::Ui, head: &[&str], rows: usize, mut cell: impl FnMut(usize, usize, &mut egui::Ui)) {
-    let mut table = TableBuilder::new(ui).striped(true).vscroll(false);
+    ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+    let mut table = TableBuilder::new(ui)
+        .striped(true)
+        .vscroll(false)
+        .cell_layout(egui::Layout::left_to_right(egui::Align::Center));
     for _ in head {
         table = table.column(Column::auto().at_least(90.0));
     }
@@ -195,7 +249,7 @@ fn table(ui: &mut egui::Ui, head: &[&str], rows: usize, mut cell: impl FnMut(usi
             }
         })
         .body(|body| {
-            body.rows(20.0, rows, |mut row| {
+            body.rows(ROW_HEIGHT, rows, |mut row| {
                 let place = row.index();
                 for column in 0..head.len() {
                     row.col(|ui| cell(place, column, ui));

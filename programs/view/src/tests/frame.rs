@@ -101,6 +101,19 @@ fn the_only_application_opens_at_once_and_again_from_the_start_page() {
 }
 
 #[test]
+fn the_start_page_says_who_acts_and_stops_one_application() {
+    let robot = Robot::of("safe-navigation");
+    let mut window = open_robot(&robot, None);
+    click(&mut window, "Applications");
+    until(&mut window, |window| {
+        has_text(window, "example > ") && has_text(window, "under way, ")
+    });
+    click(&mut window, "stop safe-navigation");
+    until(&mut window, |_| state(&robot.handle(), "example") == State::Slept);
+    until(&mut window, |window| has(window, "nobody"));
+}
+
+#[test]
 fn a_visit_to_the_applications_loses_nothing() {
     let robot = Robot::of("safe-navigation");
     let mut window = open_robot(&robot, None);

@@ -5,15 +5,13 @@ use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
-use jde_core::State;
 use jde_link::message::{About, Network};
 use jde_link::{Client, Error, Remote, Unanswered};
 use jde_records::RecordKind;
 use jde_records::event::{Outcome, What};
-use jde_records::snapshot::Snapshot;
 use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, BAD, FAINT, GOOD, TITLE, WARN};
-use jde_timeline::{Ending, Severity};
+use jde_timeline::{Ending, Severity, acting};
 use serde::Serialize;
 
 use super::{Context, Target};
@@ -208,25 +206,7 @@ pub(super) fn present(remote: &Remote) -> Result<(Vec<String>, Option<Outcome>),
         Some(What::Ended { outcome }) => Some(outcome.clone()),
         Some(_) | None => None,
     });
-    Ok((winners(&remote.hierarchy()?), outcome))
-}
-
-/// Returns the winners from the roots down. Follows the first group of each winner, as long as that group has
-/// a winner.
-fn winners(snapshot: &Snapshot) -> Vec<String> {
-    let mut names = Vec::new();
-    let mut father = None;
-    while let Some(group) = snapshot.groups.iter().find(|group| group.father == father)
-        && let Some(winner) = group.winner
-        && names.len() < snapshot.schemas.len()
-    {
-        if snapshot.schemas[winner].state != State::Winner {
-            break;
-        }
-        names.push(snapshot.schemas[winner].name.clone());
-        father = Some(winner);
-    }
-    names
+    Ok((acting(&remote.hierarchy()?), outcome))
 }
 
 /// Formats a duration: "45s", "2m 14s", "3h 20m", "2d 4h".
@@ -248,7 +228,7 @@ mod tests {
 
     #[test]
     fn winners_are_listed_from_the_roots_down() {
-        assert_eq!(winners(&navigation()), ["example", "vff"]);
+        assert_eq!(acting(&navigation()), ["example", "vff"]);
     }
 
     #[test]
