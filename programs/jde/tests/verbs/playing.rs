@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::attached::{Sandbox, schema};
 use crate::support::{jde, jde_with_plugins, output_of, root};
+use crate::terminal::Terminal;
 
 /// Records half a minute of the demonstration.
 fn record(folder: &Path) -> PathBuf {
@@ -135,4 +136,25 @@ fn until_eof_ends_the_replay_when_standard_input_is_closed() {
     drop(replay.stdin.take());
     let ended = replay.wait().expect("the process ends");
     assert!(ended.success(), "{ended}");
+}
+
+#[test]
+fn the_screen_shows_every_schema_with_its_state_and_the_keys() {
+    let sandbox = Sandbox::new();
+    let file = record(sandbox.folder());
+    let command = format!(
+        "{} replay {} --paused --from 3s",
+        env!("CARGO_BIN_EXE_jde"),
+        file.display()
+    );
+    let mut terminal = Terminal::start(&sandbox, [24, 80], &command);
+    // Blanks are not drawn, so each is one word.
+    for word in ["perception", "pioneer", "running", "goon"] {
+        terminal.wait_for(|shown| shown.contains(word));
+    }
+    terminal.type_keys(b"?");
+    terminal.wait_for(|shown| shown.contains("twice"));
+    terminal.type_keys(b"xq");
+    let (status, shown) = terminal.finish();
+    assert_eq!(status, Some(0), "{shown}");
 }
