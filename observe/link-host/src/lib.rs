@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Kind, Port};
 use jde_abi::raw;
-use jde_app::{RemoteVariable, period};
+use jde_app::{Binding, RemoteVariable, period};
+use jde_board::value::{Value, decode};
 use jde_board::{Board, Nanos, Stamp, Variable};
 use jde_core::{Id, SchemaId};
 use jde_host::reload::{ReloadOptions, Reloader};
@@ -16,6 +17,9 @@ use jde_loader::Plugins;
 use jde_panel::PanelFrame;
 use jde_records::reload::ReloadReport;
 use jde_records::snapshot::Snapshot;
+
+/// The variable of a schema's period.
+const PERIOD: &str = "period";
 
 /// A running application as a subject.
 pub struct Running {
@@ -81,6 +85,19 @@ impl Subject for Running {
             let fixed = |port: &&Port| port.has(raw::FIXED);
             ports.iter().filter(fixed).any(|port| port.name == declared.name)
         })
+    }
+
+    fn stated(&self, variable: &Variable) -> Option<Value> {
+        let declared = variable.describe();
+        let application = self.handle.application();
+        let instance = &application.instances[application.instance(&declared.owner)?];
+        let mut ports = instance.schema.ports.iter().zip(&instance.bindings);
+        match ports.find(|(port, _)| port.name == declared.name) {
+            Some((port, Binding::Modulation { stated, .. })) => Some(decode(&port.value_type, stated)),
+            Some(_) => None,
+            None if declared.name == PERIOD => Some(Value::Float(instance.stated_period_ns as f64 / 1e9)),
+            None => None,
+        }
     }
 
     fn writer(&self, number: u32) -> String {

@@ -14,6 +14,7 @@ mod keys;
 pub mod message;
 mod server;
 mod session;
+pub mod tuned;
 pub mod value;
 mod whoami;
 

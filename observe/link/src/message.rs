@@ -207,6 +207,9 @@ pub struct VariableInfo {
     pub range: Range,
     /// Read when its schema awakens, and constant until it sleeps.
     pub fixed: bool,
+    /// Of a modulation: what the application's file states, or else the default of the type.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stated: Option<serde_json::Value>,
     /// Its status; only if the client requested it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status: Option<Status>,

@@ -104,7 +104,7 @@ impl<'q> Inspection<'q> {
     #[must_use]
     pub fn value(&self, port: u32) -> Option<(&'q [u8], bool)> {
         match self.bindings.get(port as usize)? {
-            Binding::Modulation { initial, set } => Some((initial, *set)),
+            Binding::Modulation { initial, set, .. } => Some((initial, *set)),
             _ => None,
         }
     }

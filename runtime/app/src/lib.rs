@@ -76,6 +76,7 @@ mod settings;
 mod spec;
 pub mod time;
 mod trigger_loops;
+pub mod tuning;
 mod types;
 pub mod units;
 mod validity;
@@ -164,6 +165,8 @@ pub struct InstanceConfig {
     pub schema: Arc<Schema>,
     /// Its period at the start, ns.
     pub period_ns: u64,
+    /// The period that the file states, or else the type: that at the start without options.
+    pub stated_period_ns: u64,
     /// Longest iteration, ns.
     pub budget_ns: u64,
     /// How long a call may take before it counts as hung, ns; ten budgets and at least a second if `None`.
@@ -212,6 +215,8 @@ pub enum Binding {
     Modulation {
         /// Value at the start, as large as the port's type.
         initial: Vec<u8>,
+        /// What the file states, or else the default: the value at the start without options.
+        stated: Vec<u8>,
         /// Whether the file or an option sets it, even to the default.
         set: bool,
     },

@@ -264,6 +264,7 @@ fn check_instance(
         plugin: found.plugin,
         number: found.number,
         period_ns: settings.period_ns,
+        stated_period_ns: settings.stated_period_ns,
         budget_ns: settings.budget_ns,
         hang_ns: settings.hang_ns,
         restart: settings.restart,

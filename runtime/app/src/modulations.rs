@@ -49,6 +49,9 @@ pub(super) fn from_file(
                 let check_files = paths.check_files && !is_replaced(port);
                 let paths = Paths { check_files, ..paths };
                 set_initial(report, section, schema, port, node, paths, &mut bindings[port]);
+                if let Binding::Modulation { initial, stated, .. } = &mut bindings[port] {
+                    stated.clone_from(initial);
+                }
             }
             None => refuse_unknown_key(report, section, schema, &key),
         }
@@ -157,7 +160,7 @@ fn set_initial(
     paths: Paths<'_>,
     binding: &mut Binding,
 ) {
-    let (port, Binding::Modulation { initial, set }) = (&schema.ports[port], binding) else {
+    let (port, Binding::Modulation { initial, set, .. }) = (&schema.ports[port], binding) else {
         return;
     };
     *set = true;

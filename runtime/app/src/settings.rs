@@ -23,6 +23,7 @@ const DEFAULT_RESTART_WINDOW: Nanos = 60_000_000_000;
 pub(super) struct InstanceSettings {
     pub(super) doc: String,
     pub(super) period_ns: Nanos,
+    pub(super) stated_period_ns: Nanos,
     pub(super) budget_ns: Nanos,
     pub(super) hang_ns: Option<Nanos>,
     pub(super) restart: Restart,
@@ -47,6 +48,7 @@ impl InstanceSettings {
                 .map(|doc| doc.text.to_owned())
                 .unwrap_or_default(),
             period_ns,
+            stated_period_ns: period_ns,
             budget_ns,
             hang_ns: hang(report, section, budget_ns),
             restart: restart(report, section),

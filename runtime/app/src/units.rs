@@ -33,7 +33,7 @@ pub fn quantity(text: &str, unit: &str) -> Result<f64, QuantityError> {
 }
 
 /// Splits a text into a number and the rest.
-fn split(text: &str) -> Option<(f64, &str)> {
+pub(super) fn split(text: &str) -> Option<(f64, &str)> {
     let digits = |from: usize| {
         let rest = &text.as_bytes()[from..];
         from + rest.iter().take_while(|byte| byte.is_ascii_digit()).count()

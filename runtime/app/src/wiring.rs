@@ -43,6 +43,7 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
             Role::Export { .. } => Binding::Export,
             Role::Modulation { default, .. } => Binding::Modulation {
                 initial: default.clone(),
+                stated: default.clone(),
                 set: false,
             },
             Role::Command { .. } => Binding::Command,

@@ -10,6 +10,7 @@ use jde_core::{GroupId, SchemaId};
 
 use super::subject::Subject;
 use crate::message::{ChildInfo, GroupInfo, PortInfo, Range, SchemaInfo, Schemas, VariableInfo};
+use crate::value::to_json;
 
 /// The schemas and groups of an application.
 #[must_use]
@@ -117,6 +118,7 @@ pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> 
         doc: declared.doc.clone(),
         range: subject.range(variable),
         fixed: subject.is_fixed(variable),
+        stated: subject.stated(variable).as_ref().map(to_json),
         status: None,
     }
 }

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use jde_app::{Application, Executor, RemoteVariable};
+use jde_board::value::Value;
 use jde_board::{Board, Nanos, Variable};
 use jde_panel::PanelFrame;
 use jde_records::reload::ReloadReport;
@@ -23,6 +24,11 @@ pub trait Subject: Send + Sync + 'static {
     fn is_fixed(&self, variable: &Variable) -> bool {
         let _ = variable;
         false
+    }
+    /// What the application's file states of a modulation, or else the default of its type; `None` of other variables.
+    fn stated(&self, variable: &Variable) -> Option<Value> {
+        let _ = variable;
+        None
     }
     /// The allowed values of a variable.
     fn range(&self, variable: &Variable) -> Range {

@@ -21,8 +21,8 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Control running applications",
         &[
-            "set", "play", "stop", "force", "release", "period", "reload", "unload", "load", "continue",
-            "step",
+            "set", "tuned", "play", "stop", "force", "release", "period", "reload", "unload", "load",
+            "continue", "step",
         ],
     ),
     ("Serve agents", &["mcp"]),

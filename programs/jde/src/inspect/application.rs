@@ -97,7 +97,7 @@ pub(crate) fn write_defaults(application: &Application, output: &mut dyn Write) 
     for instance in &application.instances {
         let ports = instance.schema.ports.iter().zip(&instance.bindings);
         let values = ports.filter_map(|(port, binding)| match (binding, &port.role) {
-            (Binding::Modulation { initial, set }, Role::Modulation { default, limits, .. })
+            (Binding::Modulation { initial, set, .. }, Role::Modulation { default, limits, .. })
                 if initial == default =>
             {
                 let value = format_modulation(port, limits, initial);

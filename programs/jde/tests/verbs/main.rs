@@ -44,6 +44,7 @@ mod splitting;
 mod stopping;
 mod support;
 mod terminal;
+mod tuning;
 mod unread;
 mod usage;
 mod validating;

@@ -44,9 +44,13 @@ impl Robot {
 
     /// Starts an application from text, with plugins that the test links in.
     pub(crate) fn linked(text: &str, plugins: Plugins) -> Self {
-        let file = Path::new(ROOT).join("apps/test.toml");
+        Self::linked_at(&Path::new(ROOT).join("apps/test.toml"), text, plugins)
+    }
+
+    /// As [`Self::linked`], with the text in this file.
+    pub(crate) fn linked_at(file: &Path, text: &str, plugins: Plugins) -> Self {
         let application =
-            jde_app::parse(text, &file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+            jde_app::parse(text, file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
         Self::start(application, &plugins, None)
     }
 

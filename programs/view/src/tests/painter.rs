@@ -1,5 +1,7 @@
 //! A schema with modulations and a panel, which runs in its own application.
 
+use std::path::Path;
+
 use jde_loader::{Plugins, SearchPath};
 use jde_panel::Touch;
 use jde_schema::prelude::*;
@@ -62,6 +64,13 @@ const TEXT: &str = "name = \"painters\"\nroots = [\"goon\"]\n[schemas.goon]\ntyp
 /// Starts an application with one painter, `goon`.
 pub(crate) fn robot() -> Robot {
     Robot::linked(TEXT, plugins())
+}
+
+/// Starts the same application from a new file in a folder.
+pub(crate) fn robot_in(folder: &Path) -> Robot {
+    let file = folder.join("painters.toml");
+    std::fs::write(&file, TEXT).expect("the file is written");
+    Robot::linked_at(&file, TEXT, plugins())
 }
 
 /// Starts the same application; windows see it as a recording that plays.

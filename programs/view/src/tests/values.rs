@@ -85,6 +85,62 @@ fn r14_a_typed_modulation_is_in_force_until_it_is_reset() {
 }
 
 #[test]
+fn tuned_values_are_listed_and_saved_to_the_file_and_set_back() {
+    let folder = tempfile::tempdir().expect("the folder is created");
+    let (robot, file) = (
+        painter::robot_in(folder.path()),
+        folder.path().join("painters.toml"),
+    );
+    let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));
+    until(&mut harness, |harness| {
+        field(harness, "goon.speed").as_deref() == Some("0.500 m/s")
+    });
+    enter(&mut harness, "goon.speed", "1.5");
+    enter(&mut harness, "goon.turn", "90");
+    harness.get_by_label("Tuned only").click();
+    until(&mut harness, |harness| {
+        harness.query_by_label("file 0.500 m/s").is_some()
+    });
+    until(&mut harness, |harness| {
+        harness.query_by_label("set back goon.turn").is_some()
+    });
+    harness.get_by_label("set back goon.turn").click();
+    until(&mut harness, |harness| {
+        number(harness, "goon.turn") == 0.0 && field(harness, "goon.turn").is_none()
+    });
+    harness.get_by_label("Save to the file").click();
+    until(&mut harness, |harness| {
+        harness.query_by_label("saved goon.speed = 1.5").is_some()
+    });
+    let written = std::fs::read_to_string(&file).expect("the file is read");
+    assert!(
+        written.ends_with("type = \"painters/painter\"\nspeed = 1.5\n"),
+        "{written}"
+    );
+    // It differs no more, and what somebody else writes meanwhile is not overwritten.
+    until(&mut harness, |harness| {
+        harness
+            .query_by_label("No modulation differs from the application's file.")
+            .is_some()
+    });
+    std::fs::write(&file, written.replace("1.5", "1.6")).expect("the file is written");
+    harness.get_by_label("Tuned only").click();
+    until(&mut harness, |harness| field(harness, "goon.speed").is_some());
+    enter(&mut harness, "goon.speed", "1.7");
+    harness.get_by_label("Tuned only").click();
+    until(&mut harness, |harness| {
+        harness.query_by_label("file 1.50 m/s").is_some()
+    });
+    harness.get_by_label("Save to the file").click();
+    let changed = "was changed here since the run began";
+    until(&mut harness, |harness| {
+        harness.query_by_label_contains(changed).is_some()
+    });
+    harness.get_by_label("All back").click();
+    until(&mut harness, |harness| number(harness, "goon.speed") == 1.5);
+}
+
+#[test]
 fn recorded_values_are_shown_and_cannot_be_changed() {
     let robot = painter::recorded();
     let mut harness = shown(robot.session(), Values::open(&serde_json::Value::Null));

@@ -127,7 +127,7 @@ fn modulations<'a>(
         let ports = instance.schema.ports.iter().zip(&mut instance.bindings);
         let schema = instance.name.as_str();
         ports.filter_map(move |(port, binding)| match binding {
-            Binding::Modulation { initial, set } if port.name == name => {
+            Binding::Modulation { initial, set, .. } if port.name == name => {
                 Some((schema, port, initial.as_mut_slice(), set))
             }
             _ => None,

@@ -4,6 +4,7 @@
 mod cell;
 mod edit;
 mod rows;
+mod tuned;
 mod variable;
 
 use std::collections::{HashMap, HashSet};
@@ -21,6 +22,7 @@ use crate::session::WindowSession;
 use crate::style::{self, Style};
 use edit::Edit;
 use rows::{RowKind, ValueRow};
+use tuned::TunedList;
 use variable::VariableState;
 
 /// Rate of visible rows: as fast as numbers can be read.
@@ -37,6 +39,7 @@ pub(crate) struct Values {
     unfolded: HashSet<String>,
     seen: HashMap<String, VariableState>,
     edits: HashMap<String, Edit>,
+    tuned: TunedList,
 }
 
 impl Values {
@@ -51,7 +54,7 @@ impl Values {
         }
     }
 
-    fn head(&mut self, ui: &mut Ui) {
+    fn head(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
         ui.horizontal(|ui| {
             let name = ui.label("Search");
             ui.add(
@@ -62,7 +65,10 @@ impl Values {
             .labelled_by(name.id);
             ui.checkbox(&mut self.only_modulations, "Modulations only")
                 .on_hover_text("Inputs that fathers and operators may change while schemas run");
+            ui.checkbox(&mut self.tuned.is_only, "Tuned only")
+                .on_hover_text("Modulations that differ from the application's file");
         });
+        self.tuned.show(ui, session, style);
         ui.add_space(2.0);
     }
 
@@ -173,6 +179,9 @@ impl Values {
                 && session.can_set(&info.owner)
             {
                 edit::show(ui, session, style, &mut self.edits, row, info, seen);
+                if let (RowKind::Variable(_), Some(sample)) = (&row.what, &sample) {
+                    self.tuned.show_back(ui, session, style, info, sample);
+                }
             } else if session.is_over() && !seen.is_known() {
                 ui.label(RichText::new("not received").color(style::color_of(Ink::Faint, style)))
                     .on_hover_text("The application ended before this value was on the screen.");
@@ -201,11 +210,13 @@ impl Values {
 
 impl Window for Values {
     fn show(&mut self, ui: &mut Ui, session: &WindowSession, style: &Style) {
-        self.head(ui);
+        self.head(ui, session, style);
         let rows = rows::of(session, self);
         if rows.is_empty() {
             let nothing = if session.variables().is_empty() {
                 "This application has no variables."
+            } else if self.tuned.is_only {
+                "No modulation differs from the application's file."
             } else {
                 "No variable matches the search."
             };

@@ -78,6 +78,9 @@ pub(super) fn of(session: &WindowSession, window: &Values) -> Vec<ValueRow> {
         if window.only_modulations && info.access != "modulation" {
             continue;
         }
+        if window.tuned.is_only && !window.tuned.has(&info.name) {
+            continue;
+        }
         let found = [&info.name, &info.type_name, &info.doc]
             .iter()
             .any(|text| text.to_lowercase().contains(&search));

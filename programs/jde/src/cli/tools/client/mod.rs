@@ -21,6 +21,7 @@ mod standstill;
 mod stop;
 mod target;
 mod top;
+mod tuned;
 pub(crate) mod vars;
 mod watch;
 pub(crate) mod why;
@@ -41,6 +42,7 @@ pub(crate) enum Client {
     Vars(vars::Vars),
     Get(get::Get),
     Set(set::Set),
+    Tuned(tuned::TunedArgs),
     Watch(watch::Watch),
     Events(events::Events),
     Why(why::Why),
@@ -69,6 +71,7 @@ impl Client {
             Self::Vars(vars) => vars.run(context),
             Self::Get(get) => get.run(context),
             Self::Set(set) => set.run(context),
+            Self::Tuned(tuned) => tuned.run(context),
             Self::Watch(watch) => watch.run(context),
             Self::Events(events) => events.run(context),
             Self::Why(why) => why.run(context),

@@ -1,0 +1,120 @@
+//! Modulations that differ from the application's file, for every tool: which ones, how to set one back, and how to write
+//! them to the file. What a father modulates is no difference. It writes only files of this machine.
+
+use std::path::PathBuf;
+
+use jde_app::Faults;
+use jde_app::tuning::{self, Tuning, is_same};
+use jde_board::value::Value;
+
+use crate::message::{About, Action, Schemas, VariableInfo};
+use crate::{Sample, value, whoami};
+
+/// The key of a schema's period, which has an action of its own.
+const PERIOD: &str = "period";
+/// How values of operators are marked; those of the start have no writer.
+const OPERATOR: &str = "operator";
+
+/// A modulation that differs from the application's file.
+#[derive(Clone, Debug)]
+pub struct Tuned {
+    /// The modulation.
+    pub info: VariableInfo,
+    /// What the file states, or the default of the type.
+    pub file: Value,
+    /// What holds now.
+    pub now: Value,
+}
+
+impl Tuned {
+    /// Compares the newest value of a variable with what the file states. `None` if they are the same, if the variable is no
+    /// modulation, or if a schema has written it.
+    #[must_use]
+    pub fn of(info: &VariableInfo, newest: &Sample) -> Option<Self> {
+        let file = value::from_json(info.stated.as_ref()?).ok()?;
+        let now = newest.value()?.into_only_field_of(&newest.value_type);
+        let by_hand = newest.writer.is_empty() || newest.writer == OPERATOR;
+        (by_hand && !is_same(&file, &now)).then(|| Self {
+            info: info.clone(),
+            file: file.into_only_field_of(&newest.value_type),
+            now,
+        })
+    }
+
+    /// The action of an operator that sets it back to the file's value.
+    #[must_use]
+    pub fn back(&self) -> Action {
+        let schema = self.info.owner.clone();
+        match (self.info.variable.as_str(), self.file.as_number()) {
+            (PERIOD, Some(period_s)) => Action::Period { schema, period_s },
+            (variable, _) => Action::Modulate {
+                schema,
+                variable: variable.to_owned(),
+                value: value::to_json(&self.file),
+            },
+        }
+    }
+}
+
+/// Why nothing is written.
+#[derive(Debug, thiserror::Error)]
+pub enum NotSaved {
+    /// The file is on another machine.
+    #[error("{file} is on {host}; write it there: ssh {host} jde tuned --save")]
+    Elsewhere {
+        /// The file.
+        file: String,
+        /// The machine.
+        host: String,
+    },
+    /// The type of a modulation cannot be read.
+    #[error("the type of {0}")]
+    Type(String),
+    /// The file cannot be read or written, or was changed since.
+    #[error("{0}")]
+    File(Faults),
+}
+
+/// Writes values to the application's file, which keeps its comments. Returns what is written, in lines. With `overwrite`,
+/// also over what somebody has changed in the file since the run began. Waits for the disk.
+///
+/// # Errors
+/// [`NotSaved`]; then nothing is written.
+pub fn save(
+    about: &About,
+    schemas: &Schemas,
+    tuned: &[Tuned],
+    overwrite: bool,
+) -> Result<Vec<String>, NotSaved> {
+    if about.host != whoami::host() {
+        return Err(NotSaved::Elsewhere {
+            file: about.file.clone(),
+            host: about.host.clone(),
+        });
+    }
+    // A relative path starts where the application was started.
+    let folder = std::fs::read_link(format!("/proc/{}/cwd", about.pid));
+    let file = folder.unwrap_or_default().join(PathBuf::from(&about.file));
+    let tunings = tuned.iter().map(|tuned| tuning_of(tuned, schemas, overwrite));
+    let tunings = tunings.collect::<Result<Vec<_>, _>>()?;
+    tuning::save(&file, &tunings).map_err(NotSaved::File)
+}
+
+fn tuning_of(tuned: &Tuned, schemas: &Schemas, overwrite: bool) -> Result<Tuning, NotSaved> {
+    let info = &tuned.info;
+    let value_type = info
+        .value_type()
+        .map_err(|error| NotSaved::Type(format!("{}: {error}", info.name)))?;
+    let schema = schemas.schemas.iter().find(|schema| schema.name == info.owner);
+    let port = schema.and_then(|schema| schema.ports.iter().find(|port| port.name == info.variable));
+    Ok(Tuning {
+        schema: info.owner.clone(),
+        name: info.variable.clone(),
+        former_name: port.and_then(|port| port.former_name.clone()),
+        value_type,
+        unit: info.unit.clone(),
+        choices: info.range.choices.clone(),
+        before: (!overwrite).then(|| tuned.file.clone()),
+        now: tuned.now.clone(),
+    })
+}

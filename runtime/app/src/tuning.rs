@@ -1,0 +1,499 @@
+//! Writes values of modulations into an application's file: each takes the place of the old one, in the unit that is written
+//! there, and everything else stays as it is. Overwrites no value that somebody has changed in the file meanwhile.
+
+use std::fs;
+use std::io::Write;
+use std::ops::Range;
+use std::path::Path;
+
+use jde_abi::describe::Type;
+use jde_board::value::Value;
+use jde_document::section::{Node, Section};
+use jde_document::{FaultReport, Faults, parse, quote, read};
+
+use super::time;
+use super::units::{quantity, split};
+use super::values::{ValueTarget, is_path};
+
+/// The kind of the file, in messages.
+const KIND: &str = "an application file";
+/// The key of a schema's period, which is a modulation of every schema.
+const PERIOD: &str = "period";
+/// The key that every schema has.
+const TYPE: &str = "type";
+/// Digits of a number that a conversion of units does not change.
+const DIGITS: usize = 15;
+/// The greatest difference between equal numbers, as a share of them: more than conversions of units and JSON cause.
+const ROUNDING: f64 = 1e-9;
+
+/// A value for a modulation in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuning {
+    /// The schema.
+    pub schema: String,
+    /// The name of the modulation, or `period`.
+    pub name: String,
+    /// The name that it had before, which the file may state.
+    pub former_name: Option<String>,
+    /// Its type.
+    pub value_type: Type,
+    /// The unit of a plain number; empty if there is none.
+    pub unit: String,
+    /// For an enumeration: the names of its numbers.
+    pub choices: Vec<String>,
+    /// What the file stated when it was last read, or the default of the type; `None` if whatever it states now is overwritten.
+    pub before: Option<Value>,
+    /// The value to write.
+    pub now: Value,
+}
+
+/// A piece of a file and what takes its place.
+struct Edit {
+    place: Range<usize>,
+    text: String,
+    /// What is written, for people: "goon.fast = 0.4".
+    line: String,
+}
+
+/// The text of a file, and the folder of its paths.
+struct Source<'s> {
+    text: &'s str,
+    folder: &'s Path,
+}
+
+/// Writes values into a file, which is replaced as a whole. Returns the lines that are written: "fast = 0.4". Waits for the
+/// disk.
+///
+/// # Errors
+/// All reasons: the file cannot be read or written, is no application file, does not have a schema, or states a value that
+/// is neither the one before nor the one to write. Nothing is written then.
+pub fn save(file: &Path, tunings: &[Tuning]) -> Result<Vec<String>, Faults> {
+    let text = read(file, KIND)?;
+    let mut report = FaultReport::new(file, &text);
+    if fs::metadata(file).is_ok_and(|about| about.permissions().readonly()) {
+        let fault = report.file_fault("it is read-only, so nothing is written");
+        fault.advise(format!("`chmod u+w {}` permits it", file.display()));
+    }
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let source = Source { text: &text, folder };
+    let mut edits = Vec::new();
+    if let Some(document) = parse(&mut report, &text) {
+        let schemas = document.get_ref().get("schemas");
+        let schemas = schemas.and_then(|schemas| schemas.get_ref().as_table());
+        for tuning in tunings {
+            let node = schemas.and_then(|schemas| schemas.get(tuning.schema.as_str()));
+            edits.extend(tuning.edits(&mut report, &source, node));
+        }
+    }
+    report.finish()?;
+    edits.sort_by_key(|edit| edit.place.start);
+    let mut edited = text.clone();
+    for edit in edits.iter().rev() {
+        edited.replace_range(edit.place.clone(), &edit.text);
+    }
+    if read(file, KIND)? != text {
+        return Err(of_file(
+            file,
+            "it changed while it was edited, so nothing is written; save again",
+        ));
+    }
+    jde_files::replace(file, |output| output.write_all(edited.as_bytes()))
+        .map_err(|error| of_file(file, &format!("it cannot be written: {error}")))?;
+    Ok(edits.into_iter().map(|edit| edit.line).collect())
+}
+
+fn of_file(file: &Path, message: &str) -> Faults {
+    let mut report = FaultReport::new(file, "");
+    report.file_fault(message);
+    report.into_faults()
+}
+
+/// Whether two values are the same but for rounding. A structure with one field is that field; fields that only one of the
+/// two has do not count.
+#[must_use]
+pub fn is_same(one: &Value, other: &Value) -> bool {
+    match (only(one), only(other)) {
+        (Value::Map(one), Value::Map(other)) => one.iter().all(|(name, value)| {
+            let other = other.iter().find(|(known, _)| known == name);
+            other.is_none_or(|(_, other)| is_same(value, other))
+        }),
+        (Value::List(one), Value::List(other)) => {
+            one.len() == other.len() && one.iter().zip(other).all(|(one, other)| is_same(one, other))
+        }
+        (one, other) => match (one.as_number(), other.as_number()) {
+            (Some(one), Some(other)) => (one - other).abs() <= ROUNDING * one.abs().max(other.abs()),
+            (Some(_), None) | (None, Some(_)) => false,
+            (None, None) => one == other,
+        },
+    }
+}
+
+/// The field of a structure with one field.
+fn only(mut value: &Value) -> &Value {
+    while let Value::Map(fields) = value
+        && let [(_, field)] = fields.as_slice()
+    {
+        value = field;
+    }
+    value
+}
+
+impl Tuning {
+    /// Returns the edits that state its value; none if the file does already.
+    fn edits(&self, report: &mut FaultReport, source: &Source, node: Option<&Node>) -> Vec<Edit> {
+        let label = format!("schema {}", quote(&self.schema));
+        let found = node.and_then(|node| Some((node.span(), node.get_ref().as_table()?)));
+        let Some((span, entries)) = found else {
+            report.file_fault(format!(
+                "it has no {label}, of which {} is to be written",
+                quote(&self.name)
+            ));
+            return Vec::new();
+        };
+        let section = Section::new(label, span, entries);
+        let names = [Some(self.name.as_str()), self.former_name.as_deref()];
+        let stated = names
+            .into_iter()
+            .flatten()
+            .find_map(|name| Some((name, section.get(name)?)));
+        let Some((name, old)) = stated else {
+            return self.addition(report, source, &section).into_iter().collect();
+        };
+        match self.stated(report, source, &section, old) {
+            None => Vec::new(),
+            Some(stated) if is_same(&stated, &self.now) => Vec::new(),
+            Some(stated)
+                if self
+                    .before
+                    .as_ref()
+                    .is_some_and(|before| !is_same(&stated, before)) =>
+            {
+                let message = format!("{} was changed here since the run began", section.key(name));
+                let now = self.literal(source, &self.now, "");
+                let advice = format!("`jde tuned --save --overwrite` writes {name} = {now} all the same");
+                report.fault(&old.span(), message).advise(advice);
+                Vec::new()
+            }
+            Some(_) => self.replacements(report, source, (name, old), &self.now),
+        }
+    }
+
+    /// Reads the value that the file states.
+    fn stated(
+        &self,
+        report: &mut FaultReport,
+        source: &Source,
+        section: &Section,
+        old: &Node,
+    ) -> Option<Value> {
+        if self.name == PERIOD {
+            let period = time::period(report, &section.key(PERIOD), old)?;
+            return Some(Value::Float(period as f64 / 1e9));
+        }
+        if !self.choices.is_empty() {
+            let choice = old.get_ref().as_str();
+            let number = self
+                .choices
+                .iter()
+                .position(|known| Some(known.as_str()) == choice);
+            return Some(Value::Int(number.map_or(-1, |number| number as i64)));
+        }
+        let target = ValueTarget {
+            name: self.name.clone(),
+            owner: &section.label,
+            unit: &self.unit,
+            folder: source.folder,
+        };
+        target.value(report, &self.value_type, old)
+    }
+
+    /// Puts a value in the place of another one.
+    fn replacements(
+        &self,
+        report: &mut FaultReport,
+        source: &Source,
+        (name, old): (&str, &Node),
+        now: &Value,
+    ) -> Vec<Edit> {
+        let span = old.span();
+        let before = &source.text[span.clone()];
+        let (Some(table), Value::Map(fields)) = (old.get_ref().as_table(), now) else {
+            let text = self.literal(source, now, before);
+            return vec![Edit {
+                line: format!("{}.{name} = {text}", self.schema),
+                place: span,
+                text,
+            }];
+        };
+        // Each field by itself, so that a table keeps its form, whether it is in one line or has a header.
+        let mut edits = Vec::new();
+        for (name, value) in fields {
+            match table.iter().find(|(key, _)| key.get_ref() == name.as_str()) {
+                Some((_, old)) => edits.extend(self.replacements(report, source, (name, old), value)),
+                None => {
+                    let advice = format!(
+                        "write it here yourself: {name} = {}",
+                        self.literal(source, value, "")
+                    );
+                    let message = format!("{} of {} is not stated here", quote(name), quote(&self.name));
+                    report.fault(&span, message).advise(advice);
+                }
+            }
+        }
+        edits
+    }
+
+    /// Adds the key beside that of the schema's type.
+    fn addition(&self, report: &mut FaultReport, source: &Source, section: &Section) -> Option<Edit> {
+        let Some((key, value)) = section.entries().find(|(key, _)| key.text == TYPE) else {
+            report.fault(&section.span, format!("{} has no type", section.label));
+            return None;
+        };
+        let (text, pair) = (
+            source.text,
+            format!("{} = {}", self.name, self.literal(source, &self.now, "")),
+        );
+        let line = format!("{}.{pair}", self.schema);
+        let end = value.span().end;
+        if text[section.span.clone()].starts_with('{') {
+            return Some(Edit {
+                place: end..end,
+                text: format!(", {pair}"),
+                line,
+            });
+        }
+        let end = text[end..]
+            .find(['\r', '\n'])
+            .map_or(text.len(), |length| end + length);
+        // The table before a dotted key, such as `goon.type`.
+        let begin = text[..key.span.start].rfind('\n').map_or(0, |end| end + 1);
+        Some(Edit {
+            place: end..end,
+            text: format!("\n{}{pair}", &text[begin..key.span.start]),
+            line,
+        })
+    }
+
+    /// A value as TOML, in the form and the unit of the text that it replaces.
+    fn literal(&self, source: &Source, value: &Value, before: &str) -> String {
+        match only(value) {
+            Value::Bool(flag) => flag.to_string(),
+            Value::Text(text) => {
+                let path = Path::new(text).strip_prefix(source.folder).ok();
+                let path = path.filter(|_| is_path(&self.unit, text)).and_then(Path::to_str);
+                toml::Value::from(path.unwrap_or(text)).to_string()
+            }
+            number @ (Value::Int(_) | Value::UInt(_) | Value::Float(_)) => {
+                let number = number.as_number().unwrap_or_default();
+                let choice = self
+                    .choices
+                    .get(number as usize)
+                    .map(|choice| toml::Value::from(choice.as_str()).to_string());
+                choice.unwrap_or_else(|| match only(value) {
+                    Value::Float(_) => self.quantity(number, before),
+                    _ => number.to_string(),
+                })
+            }
+            Value::List(list) => {
+                let list: Vec<_> = list.iter().map(|value| self.literal(source, value, "")).collect();
+                format!("[{}]", list.join(", "))
+            }
+            Value::Map(fields) => {
+                let fields: Vec<_> = fields
+                    .iter()
+                    .map(|(_, value)| self.literal(source, value, ""))
+                    .collect();
+                format!("[{}]", fields.join(", "))
+            }
+        }
+    }
+
+    /// A number in the unit of the text that it replaces.
+    fn quantity(&self, number: f64, before: &str) -> String {
+        let before = before.trim_matches(['"', '\'']).trim();
+        let unit = split(before).map_or("", |(_, unit)| unit);
+        let per_unit = quantity(&format!("1 {unit}"), &self.unit).ok();
+        match per_unit.filter(|_| !unit.is_empty()) {
+            Some(per_unit) => {
+                let gap = if before.ends_with(&format!(" {unit}")) {
+                    " "
+                } else {
+                    ""
+                };
+                format!("\"{}{gap}{unit}\"", rounded(number / per_unit))
+            }
+            None => format!("{:?}", rounded(number)),
+        }
+    }
+}
+
+/// A number without the noise of conversions.
+fn rounded(number: f64) -> f64 {
+    // A number of 32 bits has a shorter form as such.
+    let short = number as f32;
+    let text = match f64::from(short) == number {
+        true => short.to_string(),
+        false => format!("{number:.*e}", DIGITS - 1),
+    };
+    text.parse().unwrap_or(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use jde_types::{Pose2D, Value as _};
+
+    use super::*;
+
+    fn tuning(name: &str, unit: &str, before: f64, now: f64) -> Tuning {
+        Tuning {
+            schema: "goon".to_owned(),
+            name: name.to_owned(),
+            former_name: None,
+            value_type: f64::describe(),
+            unit: unit.to_owned(),
+            choices: Vec::new(),
+            before: Some(Value::Float(before)),
+            now: Value::Float(now),
+        }
+    }
+
+    /// Saves into a file with this text. Returns the text afterwards, or the faults.
+    fn saved(text: &str, tunings: &[Tuning]) -> Result<String, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("robot.toml");
+        fs::write(&file, text).unwrap();
+        let result = save(&file, tunings).map_err(|faults| faults.to_string());
+        let after = fs::read_to_string(&file).unwrap();
+        if result.is_err() {
+            assert_eq!(after, text, "nothing is written");
+        }
+        result.map(|_| after)
+    }
+
+    #[test]
+    fn values_take_their_places_in_their_units_and_comments_stay() {
+        let text = "# A robot.\n[schemas.goon]  # drives\ntype = \"goon\"\nfast = \"30 cm/s\"  # was 20\n\
+                    turn=\"45deg\"\nslow = 0.1\nperiod = \"10 Hz\"\n\n[schemas.stop]\ntype = \"stop\"\n";
+        let tunings = [
+            tuning("turn", "rad", 45_f64.to_radians(), 30_f64.to_radians()),
+            tuning("fast", "m/s", 0.3, 0.45),
+            tuning("slow", "m/s", 0.1, f64::from(0.2_f32)),
+            tuning("period", "s", 0.1, 0.05),
+            tuning("ahead", "m", 1.0, 2.0),
+        ];
+        let expected = "# A robot.\n[schemas.goon]  # drives\ntype = \"goon\"\nahead = 2.0\nfast = \"45 cm/s\"  # was 20\n\
+                        turn=\"30deg\"\nslow = 0.2\nperiod = 0.05\n\n[schemas.stop]\ntype = \"stop\"\n";
+        assert_eq!(saved(text, &tunings).unwrap(), expected);
+    }
+
+    #[test]
+    fn every_form_of_a_schema_stays_as_it_is() {
+        let fast = [tuning("fast", "m/s", 0.3, 0.5)];
+        for (text, expected) in [
+            (
+                "schemas.goon = { type = \"goon\", fast = 0.3 }",
+                "schemas.goon = { type = \"goon\", fast = 0.5 }",
+            ),
+            (
+                "schemas.goon = { type = \"goon\" }",
+                "schemas.goon = { type = \"goon\", fast = 0.5 }",
+            ),
+            (
+                "[schemas]\ngoon.type = \"goon\"",
+                "[schemas]\ngoon.type = \"goon\"\ngoon.fast = 0.5",
+            ),
+            (
+                "[schemas.goon]\ntype = \"goon\" # it\n",
+                "[schemas.goon]\ntype = \"goon\" # it\nfast = 0.5\n",
+            ),
+        ] {
+            assert_eq!(saved(text, &fast).unwrap(), expected);
+        }
+    }
+
+    #[test]
+    fn structures_and_choices_are_written_as_they_are_there() {
+        let pose = |x: f64| {
+            let fields = [("x", x), ("y", 2.0), ("theta", 0.0)];
+            Value::Map(
+                fields
+                    .map(|(name, number)| (name.to_owned(), Value::Float(number)))
+                    .to_vec(),
+            )
+        };
+        let start = Tuning {
+            value_type: Pose2D::describe(),
+            before: Some(pose(1.0)),
+            now: pose(1.5),
+            ..tuning("start", "", 0.0, 0.0)
+        };
+        let mode = Tuning {
+            choices: vec!["wall".to_owned(), "follow".to_owned()],
+            before: Some(Value::UInt(0)),
+            now: Value::UInt(1),
+            ..tuning("mode", "", 0.0, 0.0)
+        };
+        for (old, new) in [
+            ("start = [1.0, 2.0, 0.0]", "start = [1.5, 2.0, 0.0]"),
+            (
+                "start = { x = 1.0, y = 2.0, theta = 0.0 }",
+                "start = { x = 1.5, y = 2.0, theta = 0.0 }",
+            ),
+            (
+                "start.x = 1.0 # east\nstart.y = 2\nstart.theta = 0",
+                "start.x = 1.5 # east\nstart.y = 2.0\nstart.theta = 0.0",
+            ),
+        ] {
+            let file = |start: &str, mode: &str| {
+                format!("[schemas.goon]\ntype = \"goon\"\nmode = '{mode}'\n{start}\n")
+            };
+            let after = saved(&file(old, "wall"), &[start.clone(), mode.clone()]).unwrap();
+            assert_eq!(after.replace('"', "'"), file(new, "follow").replace('"', "'"));
+        }
+    }
+
+    #[test]
+    fn what_somebody_changed_meanwhile_is_not_overwritten() {
+        let text = "[schemas.goon]\ntype = \"goon\"\nfast = 0.7\n";
+        let error = saved(text, &[tuning("fast", "m/s", 0.3, 0.5)]).unwrap_err();
+        for part in [
+            "robot.toml:3",
+            "was changed here since the run began",
+            "fast = 0.5",
+        ] {
+            assert!(error.contains(part), "{part} in {error}");
+        }
+        let overwritten = Tuning {
+            before: None,
+            ..tuning("fast", "m/s", 0.3, 0.5)
+        };
+        assert!(saved(text, &[overwritten]).unwrap().ends_with("fast = 0.5\n"));
+        // A file that states the value already has nothing to overwrite.
+        assert_eq!(saved(text, &[tuning("fast", "m/s", 0.3, 0.7)]).unwrap(), text);
+        let error = saved(
+            "[schemas.gone]\ntype = \"goon\"\n",
+            &[tuning("fast", "m/s", 0.3, 0.5)],
+        )
+        .unwrap_err();
+        assert!(error.contains("it has no schema `goon`"), "{error}");
+        let error = saved("[schemas.goon\n", &[tuning("fast", "m/s", 0.3, 0.5)]).unwrap_err();
+        assert!(error.contains("this is not TOML"), "{error}");
+    }
+
+    #[test]
+    fn a_read_only_file_is_refused_with_what_permits_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("robot.toml");
+        fs::write(&file, "[schemas.goon]\ntype = \"goon\"\n").unwrap();
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o444)).unwrap();
+        let error = save(&file, &[tuning("fast", "m/s", 0.3, 0.5)])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("it is read-only") && error.contains("chmod u+w"),
+            "{error}"
+        );
+    }
+}
