@@ -1,5 +1,5 @@
 //! The log of schemas in recordings: messages of the topic `/rosout`, in the form of ROS 2, which Foxglove and others show as
-//! a log. This module writes no log.
+//! a log. This module keeps no log.
 
 use jde_ros::cdr;
 
@@ -55,4 +55,51 @@ pub fn message(time: u64, level: u8, schema: &str, text: &str) -> Vec<u8> {
     }
     writer.number(0_u32.to_le_bytes());
     message
+}
+
+/// A line of the log of a schema.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LogLine {
+    /// When, ns since the application's start.
+    pub time: u64,
+    /// 10 debug, 20 info, 30 warning, 40 error.
+    pub level: u8,
+    /// The schema.
+    pub schema: String,
+    /// The line.
+    pub text: String,
+}
+
+/// Reads what [`message`] encodes. `None` for anything else.
+#[must_use]
+pub fn read(message: &[u8]) -> Option<LogLine> {
+    let mut reader = cdr::Reader::new(message).ok()?;
+    let seconds = i32::from_le_bytes(reader.number("sec").ok()?);
+    let nanoseconds = u32::from_le_bytes(reader.number("nanosec").ok()?);
+    let [level] = reader.number("level").ok()?;
+    Some(LogLine {
+        time: u64::try_from(seconds).ok()? * 1_000_000_000 + u64::from(nanoseconds),
+        level,
+        schema: reader.text("name").ok()?.to_owned(),
+        text: reader.text("msg").ok()?.to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_read_as_it_was_written_and_nothing_else_is_a_line() {
+        let line = LogLine {
+            time: 61_000_000_002,
+            level: 30,
+            schema: "goon".to_owned(),
+            text: "the laser is dirty".to_owned(),
+        };
+        let written = message(line.time, line.level, &line.schema, &line.text);
+        assert_eq!(read(&written), Some(line));
+        assert_eq!(read(&written[..20]), None);
+        assert_eq!(read(b"no message"), None);
+    }
 }

@@ -9,6 +9,7 @@ mod app;
 mod canvas;
 mod graphics_card;
 mod keys;
+mod moments;
 mod picture;
 mod player;
 mod recorded;

@@ -1,21 +1,20 @@
 //! The whole of a recording: its states, selections, marks and curves, from its beginning to its end, wherever it plays. A
 //! thread reads the file once, and once more for curves. It plays nothing.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use eframe::egui;
-use jde_abi::describe::Type;
-use jde_log::{LeftOut, RecordedHierarchy, RecordedVariable, RecordedVariables, Recording, record};
-use jde_records::RunRecord;
-use jde_timeline::{Hierarchy, Keep, LogLimits, MarkKind, Severity, Timeline, Trace};
-use jde_types::{Mission, Truth, Value as _};
+use jde_log::log_line::{self, LogLine};
+use jde_log::{LeftOut, RecordedHierarchy, RecordedVariables, Recording, record};
+use jde_timeline::{Hierarchy, Keep, LogLimits, Timeline, Trace};
 use parking_lot::Mutex;
 
-use crate::window::scope::field::FieldPath;
+use crate::moments::{Moment, MomentKind, Moments};
+use crate::window::scope::source::Source;
 
 /// What is kept of a recording: all, but for the selections that changed nothing, of which the last hundred thousand are.
 const KEEP: Keep = Keep {
@@ -28,8 +27,8 @@ const KEEP: Keep = Keep {
 };
 /// The most values of a curve: an hour at 500 Hz, 32 MB.
 const MAX_VALUES: usize = 2_000_000;
-/// The most moments.
-const MAX_MOMENTS: usize = 100_000;
+/// The most lines of schemas.
+const MAX_LINES: usize = 100_000;
 
 /// A recording that is read besides being played. Dropping it ends the thread after its present task.
 pub(crate) struct Recorded {
@@ -51,41 +50,20 @@ enum Curve {
     Read(Arc<Trace>),
 }
 
-/// A curve to read: its name, its variable, and the number in it.
-type Request = (String, String, FieldPath);
+/// A curve to read: its name, and where its numbers come from.
+type Request = (String, Source);
 
 /// What happened from the beginning of a recording to its end.
 pub(crate) struct Past {
     pub(crate) timeline: Timeline,
+    /// What the schemas logged, in the order of the file.
+    pub(crate) log: Vec<LogLine>,
     /// What deserves a look, in the order of its time.
     pub(crate) moments: Vec<Moment>,
     /// From when until when nothing was recorded, s.
     pub(crate) gaps: Vec<(f64, f64)>,
     /// The time of the last message, s.
     pub(crate) end_s: f64,
-}
-
-/// A moment of a recording that deserves a look.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Moment {
-    /// When, s since the application's start.
-    pub(crate) time_s: f64,
-    pub(crate) kind: MomentKind,
-    /// What happened, in words.
-    pub(crate) text: String,
-}
-
-/// The kinds of moments, the least important first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum MomentKind {
-    /// The winner of a group changed.
-    Takeover,
-    /// A robot touched something.
-    Contact,
-    /// A schema faulted, was late, chattered or stalled.
-    Fault,
-    /// A mission failed.
-    Failure,
 }
 
 impl Recorded {
@@ -114,8 +92,8 @@ impl Recorded {
         self.known.lock().past.clone()
     }
 
-    /// Returns the values of a number of a variable, once they have been read. The first call requests them.
-    pub(crate) fn curve(&self, name: &str, variable: &str, place: &FieldPath) -> Option<Arc<Trace>> {
+    /// Returns the values of a number, once they have been read. The first call requests them.
+    pub(crate) fn curve(&self, name: &str, source: &Source) -> Option<Arc<Trace>> {
         let mut known = self.known.lock();
         match known.curves.get(name) {
             Some(Curve::Read(trace)) => return Some(Arc::clone(trace)),
@@ -124,9 +102,7 @@ impl Recorded {
         }
         known.curves.insert(name.to_owned(), Curve::Requested);
         // Without the thread, the curve is that of what plays; the log has the reason.
-        let _ = self
-            .requests
-            .send((name.to_owned(), variable.to_owned(), place.clone()));
+        let _ = self.requests.send((name.to_owned(), source.clone()));
         None
     }
 }
@@ -167,14 +143,17 @@ fn read_curves(
 ) -> Result<Vec<(String, Trace)>, String> {
     let mut curves: Vec<_> = requests
         .iter()
-        .map(|(name, ..)| (name.clone(), Trace::new(MAX_VALUES)))
+        .map(|(name, source)| (name.clone(), source.clone(), Trace::new(MAX_VALUES)))
+        .collect();
+    let wanted: BTreeSet<_> = requests
+        .iter()
+        .flat_map(|(_, source)| source.variables())
         .collect();
     let mut left_out = LeftOut::default();
     let mut add = |variable: &str, time_s: f64, bytes: Option<&[u8]>| {
-        for ((_, requested, place), (_, trace)) in requests.iter().zip(&mut curves) {
-            if requested == variable {
-                let value = bytes.and_then(|bytes| place.read(bytes));
-                trace.add(time_s, value.unwrap_or(f64::NAN));
+        for (_, source, trace) in &mut curves {
+            if let Some(value) = source.take(variable, bytes) {
+                trace.add(time_s, value);
             }
         }
     };
@@ -188,14 +167,12 @@ fn read_curves(
         let time = message.log_time.saturating_sub(start);
         let time_s = time as f64 / 1e9;
         while let Some(gap) = gaps.next_if(|gap| gap.from <= time) {
-            requests
+            wanted
                 .iter()
-                .for_each(|(_, variable, _)| add(variable, gap.from as f64 / 1e9, None));
+                .for_each(|variable| add(variable, gap.from as f64 / 1e9, None));
         }
         if let Some(variable) = variables.get(&message.channel) {
-            if requests
-                .iter()
-                .any(|(_, requested, _)| *requested == variable.name)
+            if wanted.contains(&variable.name)
                 && let Ok(bytes) = variable.decode(&message.data, &mut left_out)
             {
                 add(&variable.name, time_s, Some(&bytes));
@@ -206,7 +183,7 @@ fn read_curves(
             add(variable, time_s, None);
         }
     }
-    Ok(curves)
+    Ok(curves.into_iter().map(|(name, _, trace)| (name, trace)).collect())
 }
 
 impl Past {
@@ -216,6 +193,7 @@ impl Past {
         let hierarchy = hierarchy.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
         let (mut timeline, mut moments, mut end) =
             (Timeline::new(hierarchy, KEEP), Moments::new(variables), 0);
+        let mut log = Vec::new();
         for message in recording
             .messages()
             .map_err(|error| error.to_string())?
@@ -225,6 +203,10 @@ impl Past {
             end = end.max(time);
             if let Some(variable) = variables.get(&message.channel) {
                 moments.value(time as f64 / 1e9, &variable.name, &message.data);
+            } else if log_line::is_log(&message.channel) {
+                if log.len() < MAX_LINES {
+                    log.extend(log_line::read(&message.data));
+                }
             } else if let Some(record) = record::read(&message) {
                 timeline.add(&record);
                 moments.record(&record);
@@ -239,6 +221,7 @@ impl Past {
         let gaps = gaps.map(|gap| (seconds(gap.from), gap.until.map_or(end_s, seconds)));
         Ok(Self {
             timeline,
+            log,
             moments: moments.list,
             gaps: gaps.collect(),
             end_s,
@@ -264,90 +247,15 @@ impl Past {
     }
 }
 
-/// Finds moments.
-struct Moments {
-    list: Vec<Moment>,
-    /// The variables with the truth about robots, and the contacts of each so far.
-    truths: BTreeMap<String, (RecordedVariable, Option<u64>)>,
-    /// The variables with the progress of missions, and whether each has failed.
-    missions: BTreeMap<String, (RecordedVariable, bool)>,
-}
-
-impl Moments {
-    fn new(variables: &RecordedVariables) -> Self {
-        let (truth, mission) = (Truth::describe(), Mission::describe());
-        let of = |known: &Type| {
-            let typed = variables
-                .iter()
-                .filter(|variable| variable.value_type.name == known.name);
-            let typed = typed.map(|variable| (variable.name.clone(), variable.with_type(known.clone())));
-            typed.collect::<Vec<_>>()
-        };
-        let truths = of(&truth).into_iter();
-        let missions = of(&mission).into_iter();
-        Self {
-            list: Vec::new(),
-            truths: truths.map(|(name, variable)| (name, (variable, None))).collect(),
-            missions: missions
-                .map(|(name, variable)| (name, (variable, false)))
-                .collect(),
-        }
-    }
-
-    fn add(&mut self, time_s: f64, kind: MomentKind, text: String) {
-        if self.list.len() < MAX_MOMENTS {
-            self.list.push(Moment { time_s, kind, text });
-        }
-    }
-
-    fn record(&mut self, record: &RunRecord) {
-        match record {
-            RunRecord::Decision(decision) if decision.changed => {
-                let (from, to) = (decision.before_name(), decision.choice_name());
-                let text = format!("{}: {from} › {to}", decision.group);
-                self.add(decision.time_s, MomentKind::Takeover, text);
-            }
-            RunRecord::Other(event) if MarkKind::of(&event.what).severity() == Severity::Bad => {
-                self.add(event.time_s(), MomentKind::Fault, event.to_string());
-            }
-            RunRecord::Decision(_) | RunRecord::Other(_) | RunRecord::State(_) => {}
-        }
-    }
-
-    fn value(&mut self, time_s: f64, name: &str, message: &[u8]) {
-        let mut left_out = LeftOut::default();
-        if let Some((variable, contacts)) = self.truths.get_mut(name)
-            && let Ok(bytes) = variable.decode(message, &mut left_out)
-            && let Some(truth) = Truth::from_bytes(&bytes)
-        {
-            let before = contacts.replace(truth.collisions);
-            if before.is_some_and(|before| before < truth.collisions) {
-                let robot = name.split('.').next().unwrap_or_default();
-                self.add(time_s, MomentKind::Contact, format!("{robot} touches something"));
-            }
-        } else if let Some((variable, has_failed)) = self.missions.get_mut(name)
-            && let Ok(bytes) = variable.decode(message, &mut left_out)
-            && let Some(mission) = Mission::from_bytes(&bytes)
-        {
-            let fails = mission.state == Mission::FAILED;
-            let failed = std::mem::replace(has_failed, fails);
-            if fails && !failed {
-                let text = format!("{name} failed: {}", mission.note.as_str());
-                self.add(time_s, MomentKind::Failure, text);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::{Duration, SystemTime};
 
     use jde_core::{Health, State};
     use jde_recorder::{Origin, Recorder, RecorderOptions, Stamps, Topic};
-    use jde_records::Decision;
     use jde_records::event::{StateChange, What};
-    use jde_types::Value;
+    use jde_records::{Decision, RunRecord};
+    use jde_types::{Mission, Truth, Value};
 
     use super::*;
     use crate::window::scope::field;
@@ -483,7 +391,8 @@ mod tests {
 
         // A curve is whole, and not flat where nothing was played.
         let place = field::find(&f64::describe(), "").expect("it is a number");
-        let request = ("robot.pulse".to_owned(), "robot.pulse".to_owned(), place);
+        let variable = "robot.pulse".to_owned();
+        let request = (variable.clone(), Source::Field { variable, place });
         let curves = read_curves(&recording, &variables, start, &[request]).expect("it can be read");
         let pulses = curves[0].1.between(0.0, 60.0).filter(|(_, value)| *value == 1.0);
         assert_eq!(pulses.count(), 60);
@@ -494,6 +403,11 @@ mod tests {
         let recorded = Recorded::open(PathBuf::from("/missing.mcap"), egui::Context::default());
         assert!(recorded.past().is_none());
         let place = field::find(&f64::describe(), "").expect("it is a number");
-        assert!(recorded.curve("a.b", "a.b", &place).is_none());
+        let variable = "a.b".to_owned();
+        assert!(
+            recorded
+                .curve("a.b", &Source::Field { variable, place })
+                .is_none()
+        );
     }
 }

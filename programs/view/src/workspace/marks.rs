@@ -4,7 +4,7 @@
 use eframe::egui::{Rangef, Rect, Response, Stroke, Ui};
 use jde_panel::Ink;
 
-use crate::recorded::{Moment, MomentKind};
+use crate::moments::{Moment, MomentKind};
 use crate::style::{self, Style, Units};
 
 /// Farthest distance of the pointer from a mark that it describes, in points.

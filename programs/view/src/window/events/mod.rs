@@ -1,11 +1,12 @@
-//! The events of an application, newest first: faults, overruns, refusals, operators' actions and all others, filtered by
-//! schema, level and words. It keeps no history: it reads that of the timeline.
+//! The events of an application, newest first: faults, overruns, refusals, operators' actions and all others, and of a
+//! recording what schemas logged; filtered by schema, level and words. It keeps no history: it reads that of the timeline.
 
 use std::collections::VecDeque;
 
 use eframe::egui::{self, ComboBox, RichText, Sense, TextEdit, TextWrapMode, Ui};
 use egui_extras::{Column, TableBuilder};
 use jde_core::Nanos;
+use jde_log::log_line::LogLine;
 use jde_panel::Ink;
 use jde_records::{RecordKind, RunRecord};
 use jde_timeline::{MarkKind, Severity, Timeline};
@@ -15,6 +16,9 @@ use super::Window;
 use crate::recorded::Recorded;
 use crate::session::WindowSession;
 use crate::style::{self, Style};
+
+/// The level of a warning in the log of schemas.
+const WARNING: u8 = 30;
 
 /// The least important events that are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -115,6 +119,31 @@ impl EventRow {
     }
 }
 
+impl EventRow {
+    /// A line that a schema logged.
+    fn of_line(line: &LogLine) -> Self {
+        let LogLine {
+            time,
+            level,
+            schema,
+            text,
+        } = line;
+        Self {
+            time: *time,
+            level: if *level >= WARNING {
+                Level::Warnings
+            } else {
+                Level::All
+            },
+            searched: format!("log {schema} {text}").to_lowercase(),
+            kind: "log".to_owned(),
+            schema: schema.clone(),
+            by: String::new(),
+            text: text.clone(),
+        }
+    }
+}
+
 impl EventsWindow {
     /// Opens the window with its saved state.
     pub(crate) fn open(saved: &serde_json::Value) -> Self {
@@ -125,7 +154,8 @@ impl EventsWindow {
     }
 
     /// Takes the events of a timeline that came since the last call, and drops the rows of those that it keeps no more.
-    fn read(&mut self, timeline: &Timeline, is_whole: bool) {
+    fn read(&mut self, timeline: &Timeline, recorded: Option<&[LogLine]>) {
+        let is_whole = recorded.is_some();
         let log = timeline.log();
         let source = Source {
             is_whole,
@@ -141,6 +171,14 @@ impl EventsWindow {
             self.rows.clear();
         }
         let events = log.of(RecordKind::Event);
+        if let Some(lines) = recorded {
+            self.rows = events
+                .filter_map(EventRow::of)
+                .chain(lines.iter().map(EventRow::of_line))
+                .collect();
+            self.rows.make_contiguous().sort_by_key(|row| row.time);
+            return;
+        }
         let kept = events.len();
         let new = match self.rows.is_empty() {
             true => kept,
@@ -222,7 +260,7 @@ impl Window for EventsWindow {
         }
         let past = session.recorded().and_then(Recorded::past);
         let timeline = past.as_ref().map_or(session.timeline(), |past| &past.timeline);
-        self.read(timeline, past.is_some());
+        self.read(timeline, past.as_ref().map(|past| past.log.as_slice()));
         let shown = self.shown();
         self.head(ui, session, shown.len());
         if shown.is_empty() {
@@ -316,28 +354,35 @@ mod tests {
         keep.records.records = 3;
         let mut timeline = Timeline::new(Hierarchy::default(), keep);
         let mut window = EventsWindow::default();
-        window.read(&timeline, false);
+        window.read(&timeline, None);
         assert!(times(&window).is_empty());
         for time in 1..=2 {
             add(&mut timeline, time);
         }
-        window.read(&timeline, false);
+        window.read(&timeline, None);
         assert_eq!(times(&window), [1, 2]);
         for time in 3..=4 {
             add(&mut timeline, time);
         }
-        window.read(&timeline, false);
+        window.read(&timeline, None);
         assert_eq!(times(&window), [2, 3, 4]);
         for time in 5..=9 {
             add(&mut timeline, time);
         }
-        window.read(&timeline, false);
+        window.read(&timeline, None);
         assert_eq!(times(&window), [7, 8, 9]);
         let mut whole = Timeline::new(Hierarchy::default(), Keep::ALL);
         for time in 1..=20 {
             add(&mut whole, time);
         }
-        window.read(&whole, true);
-        assert_eq!(times(&window).len(), 20);
+        let line = |time| LogLine {
+            time,
+            level: 40,
+            schema: "goon".to_owned(),
+            text: "no laser".to_owned(),
+        };
+        window.read(&whole, Some(&[line(5), line(30)]));
+        assert_eq!(times(&window).len(), 22);
+        assert_eq!(window.rows.back().map(|row| row.kind.as_str()), Some("log"));
     }
 }

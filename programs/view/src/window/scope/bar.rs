@@ -42,7 +42,7 @@ impl Scope {
             if ui.selectable_label(shown, "Cursors").on_hover_text(tip).clicked() {
                 self.cursors.toggle(scale);
             }
-            self.signals.pick(ui, variables, style);
+            self.signals.pick(ui, variables, scale, style);
             ui.separator();
             self.filter(ui);
         });

@@ -13,7 +13,6 @@ use super::input::{Input, Request};
 use super::paint::{self, ROW};
 use super::rows;
 use super::ruler;
-use super::signals::ROW_HEIGHT;
 use super::table::{self, Table};
 use super::traces::Traces;
 use super::{Scope, Trigger};
@@ -49,7 +48,7 @@ impl Scope {
             &self.folded,
         );
         self.left_out = left_out;
-        let signals = self.signals.list.len() as f32 * ROW_HEIGHT;
+        let signals = self.signals.height();
         self.needed = HEAD_HEIGHT + list.len() as f32 * ROW + signals + MARGIN;
         let id = ui.scope_id().with("traces");
         self.keys(ui, id, seen, &list, requests);
@@ -125,13 +124,8 @@ impl Scope {
         };
         ui.painter().vline(handle.center().x, area.y_range(), line);
         let border = area.left() + area.width() * self.share;
-        let desired = self.signals.list.len() as f32 * ROW_HEIGHT;
-        let signals = desired.min(
-            ((area.height() - HEAD_HEIGHT) * 0.5 / ROW_HEIGHT)
-                .floor()
-                .max(1.0)
-                * ROW_HEIGHT,
-        );
+        let desired = self.signals.height();
+        let signals = desired.min((area.height() - HEAD_HEIGHT) * 0.5);
         let split = area.bottom() - signals;
         Regions {
             head: area.with_max_y(area.top() + HEAD_HEIGHT),

@@ -8,6 +8,7 @@ mod bands;
 mod bar;
 mod body;
 mod cells;
+mod chart;
 mod columns;
 mod cursors;
 mod event_signs;
@@ -25,6 +26,7 @@ mod rows;
 mod ruler;
 mod signal;
 mod signals;
+pub(crate) mod source;
 mod strips;
 mod switches;
 mod table;
@@ -222,15 +224,22 @@ impl Scope {
     /// Reads the new values of the traces and of the trigger.
     fn read_values(&mut self, session: &WindowSession) {
         let jumped = session.is_recording() && self.jumps(session);
-        for signal in &mut self.signals.list {
-            if let (Some(recorded), Ok(place)) = (session.recorded(), &signal.place) {
-                signal.whole = recorded.curve(&signal.name, &signal.variable, place);
+        for signal in self.signals.list.iter_mut().flat_map(|chart| &mut chart.signals) {
+            if let Some(recorded) = session.recorded() {
+                signal.whole = recorded.curve(&signal.name, &signal.source);
             }
             if jumped {
                 signal.interrupt();
             }
-            for sample in session.values(&signal.variable, RATE, &signal.name) {
-                signal.take(sample.time as f64 / 1e9, sample.bytes.as_deref());
+            let variables = signal.source.variables();
+            let mut samples = Vec::new();
+            for variable in &variables {
+                let values = session.values(variable, RATE, &signal.name);
+                samples.extend(values.into_iter().map(|sample| (sample, variable)));
+            }
+            samples.sort_by_key(|(sample, _)| sample.time);
+            for (sample, variable) in samples {
+                signal.take(sample.time as f64 / 1e9, variable, sample.bytes.as_deref());
             }
         }
         let variables = self.trigger.variables();
@@ -301,12 +310,7 @@ impl Window for Scope {
             share: self.share,
             filter: self.filter.clone(),
             folded: self.folded.clone(),
-            traces: self
-                .signals
-                .list
-                .iter()
-                .map(|signal| signal.name.clone())
-                .collect(),
+            traces: self.signals.list.iter().map(|chart| chart.name.clone()).collect(),
             trigger: self.trigger.saved.clone(),
             cursors: self.cursors,
         };

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Align2, Painter, Pos2, Rect, Stroke, pos2};
-use jde_panel::Ink;
-use jde_timeline::{Trace, range};
+use eframe::egui::{Painter, Pos2, Rect, Stroke, pos2};
+use jde_timeline::Trace;
 
 use super::axis::Scale;
-use super::field::FieldPath;
 use super::paint;
-use crate::style::{self, Style};
+use super::source::Source;
+use crate::style::Style;
 
 /// Maximum number of values kept: 27 minutes at 50 Hz.
 const MAX_VALUES: usize = 80_000;
@@ -17,12 +16,9 @@ const MAX_VALUES: usize = 80_000;
 /// A number over time.
 #[derive(Debug)]
 pub(super) struct Signal {
-    /// The variable and the path in it, as requested.
+    /// The variable and the path in it, or the expression, as requested.
     pub(super) name: String,
-    /// The variable.
-    pub(super) variable: String,
-    /// The location of the number in the variable, or why there is none.
-    pub(super) place: Result<FieldPath, String>,
+    pub(super) source: Source,
     /// Index of the color.
     pub(super) color: usize,
     values: Trace,
@@ -33,16 +29,10 @@ pub(super) struct Signal {
 }
 
 impl Signal {
-    pub(super) fn new(
-        name: String,
-        variable: String,
-        place: Result<FieldPath, String>,
-        color: usize,
-    ) -> Self {
+    pub(super) fn new(name: String, source: Source, color: usize) -> Self {
         Self {
             name,
-            variable,
-            place,
+            source,
             color,
             values: Trace::new(MAX_VALUES),
             last_s: None,
@@ -50,11 +40,16 @@ impl Signal {
         }
     }
 
-    /// Adds a value at a time in s.
-    pub(super) fn take(&mut self, time: f64, bytes: Option<&[u8]>) {
-        let Ok(place) = &self.place else { return };
-        // Without a value, NaN makes a gap in the curve.
-        let value = bytes.and_then(|bytes| place.read(bytes)).unwrap_or(f64::NAN);
+    /// Takes a value of a variable at a time in s.
+    pub(super) fn take(&mut self, time: f64, variable: &str, bytes: Option<&[u8]>) {
+        let Some(value) = self.source.take(variable, bytes) else {
+            return;
+        };
+        // Values of several variables do not arrive in the order of their times.
+        let time = match (&self.source, self.last_s) {
+            (Source::Expression(_), Some(last)) => time.max(last),
+            (Source::Expression(_), None) | (Source::Field { .. }, _) => time,
+        };
         self.values.add(time, value);
         self.last_s = Some(time);
     }
@@ -84,33 +79,34 @@ impl Signal {
         }
     }
 
-    /// Formats a value in the user's units.
-    pub(super) fn show(&self, value: f64, style: &Style) -> String {
-        let unit = self.place.as_ref().map_or("", |place| &place.unit);
-        style.units.show(value, unit)
+    /// The values from the one in force at a time, s, until another time.
+    pub(super) fn between(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
+        self.trace().between(from, to)
     }
 
-    /// Draws the curve until a time. Each value lasts until the next.
-    pub(super) fn draw(&self, painter: &Painter, rect: Rect, scale: &Scale, end: f64, style: &Style) {
-        let shown = || self.trace().between(scale.from, scale.to);
-        let faint = style::color_of(Ink::Faint, style);
-        let Some((least, most)) = range(shown().map(|(_, value)| value)) else {
-            let text = match &self.place {
-                Ok(_) => "no value yet",
-                Err(reason) => reason,
-            };
-            paint::write(painter, rect.shrink(6.0), text, paint::small(), faint);
-            return;
-        };
-        let margin = ((most - least) * 0.08)
-            .max(least.abs().max(most.abs()) * 1e-6)
-            .max(1e-9);
-        let (bottom, top) = (least - margin, most + margin);
+    pub(super) fn unit(&self) -> &str {
+        self.source.unit()
+    }
+
+    /// Formats a value in the user's units.
+    pub(super) fn show(&self, value: f64, style: &Style) -> String {
+        style.units.show(value, self.unit())
+    }
+
+    /// Draws the curve until a time, on an axis of values. Each value lasts until the next.
+    pub(super) fn draw(
+        &self,
+        painter: &Painter,
+        rect: Rect,
+        scale: &Scale,
+        end: f64,
+        (bottom, top): (f64, f64),
+        style: &Style,
+    ) {
         let y = |value: f64| rect.bottom() - ((value - bottom) / (top - bottom)) as f32 * rect.height();
-        let color = paint::signal_color(self.color, style);
-        let stroke = Stroke::new(1.4, color);
+        let stroke = Stroke::new(1.4, paint::signal_color(self.color, style));
         let mut curve = Curve::default();
-        for (time, value) in shown() {
+        for (time, value) in self.between(scale.from, scale.to) {
             let x = scale.x(time).max(rect.left());
             if value.is_finite() {
                 curve.to(painter, x, y(value), stroke);
@@ -119,12 +115,6 @@ impl Signal {
             }
         }
         curve.end(painter, scale.x(end).min(rect.right()), stroke);
-        for (value, at, align) in [
-            (most, rect.left_top(), Align2::LEFT_TOP),
-            (least, rect.left_bottom(), Align2::LEFT_BOTTOM),
-        ] {
-            painter.text(at, align, self.show(value, style), paint::small(), faint);
-        }
     }
 }
 
@@ -189,12 +179,13 @@ mod tests {
 
     #[test]
     fn after_a_jump_a_curve_has_a_gap_and_a_whole_one_has_none() {
-        let place = field::find(&f64::describe(), "");
-        let mut signal = Signal::new("a.b".to_owned(), "a.b".to_owned(), place, 0);
-        signal.take(1.0, Some(5.0.as_bytes()));
-        signal.take(2.0, Some(6.0.as_bytes()));
+        let place = field::find(&f64::describe(), "").expect("it is a number");
+        let variable = "a.b".to_owned();
+        let mut signal = Signal::new("a.b".to_owned(), Source::Field { variable, place }, 0);
+        signal.take(1.0, "a.b", Some(5.0.as_bytes()));
+        signal.take(2.0, "a.b", Some(6.0.as_bytes()));
         signal.interrupt();
-        signal.take(60.0, Some(7.0.as_bytes()));
+        signal.take(60.0, "a.b", Some(7.0.as_bytes()));
         let at = |signal: &Signal| [1.5, 30.0, 61.0].map(|time| signal.at(time));
         assert_eq!(at(&signal), [Some(5.0), None, Some(7.0)]);
         let mut whole = Trace::new(10);

@@ -2,16 +2,18 @@
 //! values at the cursors.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use eframe::egui::{
-    Align, Key, Layout, PopupCloseBehavior, Rect, RichText, Role, ScrollArea, TextEdit, Ui, UiBuilder, Vec2,
-    WidgetInfo, pos2, vec2,
+    Align, Key, Layout, Painter, PopupCloseBehavior, Rect, RichText, Role, ScrollArea, TextEdit, Ui,
+    UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
 use eframe::egui::{Popup, Sense};
 use jde_link::message::VariableInfo;
 use jde_panel::Ink;
 
 use super::axis::Scale;
+use super::chart::{self, Chart, LINE};
 use super::cursors::Cursors;
 use super::field;
 use super::input::Input;
@@ -19,60 +21,51 @@ use super::paint::{self, Icon};
 use super::signal::Signal;
 use crate::style::{self, Style};
 
-/// Height of a signal's row, in points.
-pub(super) const ROW_HEIGHT: f32 = 58.0;
 /// Maximum number of names offered at once.
 const MAX_OFFERED: usize = 100;
 
 /// The traces.
 #[derive(Debug, Default)]
 pub(super) struct Signals {
-    pub(super) list: Vec<Signal>,
+    pub(super) list: Vec<Chart>,
     typed: String,
     trouble: Option<String>,
     /// The names of all numbers of all variables, computed when the menu is first opened.
     names: Vec<String>,
     colors: usize,
+    /// Where the values were saved, or why they were not.
+    saved: Option<String>,
 }
 
 impl Signals {
-    /// Adds a trace by its name, as in `pioneer.odometry.pose.pose.position.x`. Does nothing if it exists.
+    /// Adds a chart by its text, as in `pioneer.odometry.pose.pose.position.x`. Does nothing if it exists.
     ///
     /// # Errors
     /// Why there is no such number, with the nearest existing name.
     pub(super) fn add(&mut self, name: &str, variables: &[VariableInfo]) -> Result<(), String> {
         let name = name.trim();
-        if self.list.iter().any(|signal| signal.name == name) {
+        if self.list.iter().any(|chart| chart.name == name) {
             return Ok(());
         }
-        let fits = |variable: &&VariableInfo| {
-            name.strip_prefix(&variable.name)
-                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
-        // The longest match, as one variable's name may be the prefix of another's.
-        let variable = variables
-            .iter()
-            .filter(fits)
-            .max_by_key(|variable| variable.name.len());
-        let variable = variable.ok_or_else(|| {
-            let start: Vec<_> = name.splitn(3, '.').take(2).collect();
-            let nearest = jde_nearest::nearest(
-                &start.join("."),
-                variables.iter().map(|variable| variable.name.as_str()),
-            );
-            let nearest = nearest.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            format!("there is no variable `{name}`{nearest}")
-        })?;
-        let value_type = variable.value_type().map_err(|error| error.to_string())?;
-        let path = name[variable.name.len()..].trim_start_matches('.');
-        let mut place = field::find(&value_type, path)?;
-        if place.unit.is_empty() {
-            place.unit.clone_from(&variable.unit);
-        }
-        let signal = Signal::new(name.to_owned(), variable.name.clone(), Ok(place), self.colors);
-        self.colors += 1;
-        self.list.push(signal);
+        let chart = Chart::parse(name, variables, self.colors)?;
+        self.colors += chart.signals.len();
+        self.list.push(chart);
         Ok(())
+    }
+
+    /// The height that all charts need, in points.
+    pub(super) fn height(&self) -> f32 {
+        self.list.iter().map(Chart::height).sum()
+    }
+
+    /// Writes the values of the visible time to a new file in the present folder.
+    fn save(&mut self, scale: &Scale) {
+        let mut files = (1_u32..).map(|number| PathBuf::from(format!("traces-{number}.csv")));
+        let file = files.find(|file| !file.exists()).unwrap_or_default();
+        self.saved = Some(match std::fs::write(&file, chart::csv(&self.list, scale)) {
+            Ok(()) => format!("saved in {}", file.display()),
+            Err(error) => format!("{} cannot be written: {error}", file.display()),
+        });
     }
 
     /// Adds a trace that another window requested.
@@ -81,10 +74,24 @@ impl Signals {
     }
 
     /// Shows the button that adds a trace, with a menu of names.
-    pub(super) fn pick(&mut self, ui: &mut Ui, variables: &[VariableInfo], style: &Style) {
+    pub(super) fn pick(&mut self, ui: &mut Ui, variables: &[VariableInfo], scale: &Scale, style: &Style) {
         let button = ui
             .button("+ trace")
-            .on_hover_text("Plot a number of any shared variable.");
+            .on_hover_text("Plot a number of any shared variable, several in one chart, or an expression.");
+        if !self.list.is_empty() {
+            let save = ui.button("CSV");
+            let hint = "Save the values of the visible time, as comma-separated values.";
+            if save
+                .on_hover_text(hint)
+                .accessible_name("Save the traces as CSV")
+                .clicked()
+            {
+                self.save(scale);
+            }
+        }
+        if let Some(saved) = &self.saved {
+            ui.weak(saved);
+        }
         let menu = Popup::menu(&button).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         menu.show(|ui| {
             ui.set_width(380.0);
@@ -114,14 +121,16 @@ impl Signals {
                 .collect();
             let mut chosen = None;
             if entered {
-                let exact =
-                    self.names.contains(&self.typed) || offered.is_empty() || self.typed.contains('[');
+                let exact = self.names.contains(&self.typed)
+                    || offered.is_empty()
+                    || self.typed.contains(['[', ',', '(']);
                 chosen = if exact {
                     Some(self.typed.clone())
                 } else {
                     offered.first().cloned()
                 };
             }
+            ui.weak("a.b.c, a.b.d shares a chart; a.b.y against a.b.x; abs(a.b.c - a.b.d) * 2.0");
             if let Some(trouble) = &self.trouble {
                 ui.label(RichText::new(trouble).color(style::color_of(Ink::Bad, style)));
             }
@@ -163,11 +172,11 @@ impl Signals {
             ui.set_clip_rect(rect.intersect(ui.clip_rect()));
             ui.spacing_mut().item_spacing = Vec2::ZERO;
             let area = ScrollArea::vertical().id_salt("lanes").auto_shrink(false);
-            area.show_rows(ui, ROW_HEIGHT, self.list.len(), |ui, range| {
-                for place in range {
-                    let (row, _) =
-                        ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::hover());
-                    if signal_row(ui, row, &self.list[place], scale, seen, cursors, style) {
+            area.show(ui, |ui| {
+                for (place, chart) in self.list.iter().enumerate() {
+                    let size = vec2(ui.available_width(), chart.height());
+                    let (row, _) = ui.allocate_exact_size(size, Sense::hover());
+                    if ui.is_rect_visible(row) && chart_row(ui, row, chart, scale, seen, cursors, style) {
                         removed = Some(place);
                     }
                 }
@@ -179,11 +188,11 @@ impl Signals {
     }
 }
 
-/// Draws a trace. Returns whether it is to be removed.
-fn signal_row(
+/// Draws a chart. Returns whether it is to be removed.
+fn chart_row(
     ui: &Ui,
     row: Rect,
-    signal: &Signal,
+    chart: &Chart,
     scale: &Scale,
     seen: &Input<'_>,
     cursors: &Cursors,
@@ -194,66 +203,27 @@ fn signal_row(
     painter.hline(row.x_range(), row.top(), line);
     let plot = Rect::from_x_y_ranges(scale.x, row.y_range()).shrink2(vec2(0.0, 3.0));
     let left = Rect::from_min_max(row.left_top(), pos2(scale.x.min - 6.0, row.bottom()));
-    let swatch = Rect::from_min_size(left.left_top() + vec2(6.0, 8.0), vec2(4.0, ROW_HEIGHT - 16.0));
-    painter.rect_filled(swatch, 2.0, paint::signal_color(signal.color, style));
     let remove = Rect::from_min_size(pos2(left.right() - 20.0, left.top() + 2.0), Vec2::splat(20.0));
-    let name_area = Rect::from_min_max(
-        pos2(swatch.right() + 6.0, left.top() + 4.0),
-        pos2(remove.left(), left.bottom()),
-    );
-    let rows = |nth: f32| {
-        let top = name_area.top() + nth * 17.0;
-        Rect::from_min_max(pos2(name_area.left(), top), pos2(name_area.right(), top + 16.0))
-    };
-    let now_text = signal
-        .present(seen.now())
-        .map_or_else(|| "–".to_owned(), |value| signal.show(value, style));
-    let name = ui.interact(
-        rows(0.0),
-        ui.scope_id().with(("lane", &signal.name)),
-        Sense::hover(),
-    );
-    name.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("trace {}: {now_text}", signal.name)));
-    paint::write_name(
-        &painter,
-        rows(0.0),
-        &signal.name,
-        paint::font(),
-        ui.visuals().text_color(),
-    );
-    paint::write(
-        &painter,
-        rows(1.0),
-        &now_text,
-        paint::digits(),
-        paint::signal_color(signal.color, style),
-    );
-    if let Some([a, b]) = cursors.at {
-        let show =
-            |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| signal.show(value, style));
-        let (a, b) = (signal.at(a), signal.at(b));
-        let difference = a.zip(b).map(|(a, b)| b - a);
-        let values_text = format!("A {}  B {}  B − A {}", show(a), show(b), show(difference));
-        paint::write(
-            &painter,
-            rows(2.0),
-            &values_text,
-            paint::small(),
-            style::color_of(Ink::Seen, style),
-        );
+    let is_single = chart.signals.len() == 1;
+    for (place, signal) in chart.signals.iter().enumerate() {
+        let top = left.top() + 4.0 + place as f32 * LINE;
+        let bottom = if is_single {
+            left.bottom() - 4.0
+        } else {
+            top + LINE - 3.0
+        };
+        let own = Rect::from_min_max(pos2(left.left() + 6.0, top), pos2(remove.left(), bottom));
+        signal_texts(ui, &painter, own, signal, is_single, seen.now(), cursors, style);
     }
-    if name.hovered() {
-        name.on_hover_text(&signal.name);
-    }
-    signal.draw(
+    chart.draw(
         &painter.with_clip_rect(plot.intersect(ui.clip_rect())),
         plot,
         scale,
         seen.end_s,
         style,
     );
-    let label = format!("Remove trace {}", signal.name);
-    let id = ui.scope_id().with(("remove", &signal.name));
+    let label = format!("Remove trace {}", chart.name);
+    let id = ui.scope_id().with(("remove", &chart.name));
     paint::button(
         ui,
         remove,
@@ -263,6 +233,78 @@ fn signal_row(
         (true, false),
     )
     .clicked()
+}
+
+/// Writes the name of a signal and its values: below each other if it is alone, and else in one line.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the function shows all facts of a signal"
+)]
+fn signal_texts(
+    ui: &Ui,
+    painter: &Painter,
+    area: Rect,
+    signal: &Signal,
+    is_single: bool,
+    now: f64,
+    cursors: &Cursors,
+    style: &Style,
+) {
+    let color = paint::signal_color(signal.color, style);
+    let swatch = Rect::from_min_size(area.left_top() + vec2(0.0, 2.0), vec2(4.0, area.height() - 4.0));
+    painter.rect_filled(swatch, 2.0, color);
+    let show = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| signal.show(value, style));
+    let now_text = show(signal.present(now));
+    let at_cursors = cursors.at.map(|[a, b]| {
+        let (a, b) = (signal.at(a), signal.at(b));
+        let difference = a.zip(b).map(|(a, b)| b - a);
+        format!("A {}  B {}  B − A {}", show(a), show(b), show(difference))
+    });
+    let name_area = area.with_min_x(swatch.right() + 6.0);
+    let row = |nth: f32| {
+        let top = name_area.top() + nth * LINE;
+        Rect::from_min_max(pos2(name_area.left(), top), pos2(name_area.right(), top + 16.0))
+    };
+    let name = ui.interact(
+        row(0.0),
+        ui.scope_id().with(("lane", &signal.name)),
+        Sense::hover(),
+    );
+    name.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("trace {}: {now_text}", signal.name)));
+    let seen_color = style::color_of(Ink::Seen, style);
+    let plain = ui.visuals().text_color();
+    if is_single {
+        paint::write_name(painter, row(0.0), &signal.name, paint::font(), plain);
+        paint::write(painter, row(1.0), &now_text, paint::digits(), color);
+        if let Some(text) = &at_cursors {
+            paint::write(painter, row(2.0), text, paint::small(), seen_color);
+        }
+    } else {
+        let split = row(0.0).left() + 0.62 * row(0.0).width();
+        paint::write_name(
+            painter,
+            row(0.0).with_max_x(split),
+            &signal.name,
+            paint::font(),
+            plain,
+        );
+        paint::write(
+            painter,
+            row(0.0).with_min_x(split + 6.0),
+            &now_text,
+            paint::digits(),
+            color,
+        );
+    }
+    if name.hovered() {
+        name.on_hover_text(
+            [Some(signal.name.clone()), at_cursors]
+                .into_iter()
+                .flatten()
+                .collect::<Vec<_>>()
+                .join("\n"),
+        );
+    }
 }
 
 /// The names of all numbers of all variables.
