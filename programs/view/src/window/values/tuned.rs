@@ -114,19 +114,18 @@ impl TunedList {
         let Some(tuned) = self.compare(info, sample) else {
             return;
         };
-        let back = ui
-            .small_button("Back")
-            .on_hover_text("Set it to the value of the file");
+        let number = tuned.file.as_number().map(|number| number as usize);
+        let choice = number.and_then(|number| info.range.choices.get(number));
+        let file = choice.cloned();
+        let file = file.unwrap_or_else(|| cell::line(&tuned.file, &info.unit, style));
+        // A narrow column cuts the text beside it.
+        let hint = format!("Set it to the value of the file, {file}");
+        let back = ui.small_button("Back").on_hover_text(hint);
         let name = format!("set back {}", info.name);
         back.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
         if back.clicked() {
             session.act(tuned.back());
         }
-        let number = tuned.file.as_number().map(|number| number as usize);
-        let choice = number.and_then(|number| info.range.choices.get(number));
-        let file = choice
-            .cloned()
-            .unwrap_or_else(|| cell::line(&tuned.file, &info.unit, style));
         ui.weak(format!("file {file}"));
     }
 
