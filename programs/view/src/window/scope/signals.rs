@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use eframe::egui::{
-    Align, Key, Layout, Painter, PopupCloseBehavior, Rect, RichText, Role, ScrollArea, TextEdit, Ui,
+    Align, Key, Label, Layout, Painter, PopupCloseBehavior, Rect, RichText, Role, ScrollArea, TextEdit, Ui,
     UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
 use eframe::egui::{Popup, Sense};
@@ -90,7 +90,7 @@ impl Signals {
             }
         }
         if let Some(saved) = &self.saved {
-            ui.weak(saved);
+            ui.add(Label::new(RichText::new(saved).weak()).extend());
         }
         let menu = Popup::menu(&button).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         menu.show(|ui| {
