@@ -26,6 +26,7 @@ mod programs;
 mod project_files;
 mod pytest;
 mod python;
+mod release;
 mod ros2;
 mod shell;
 mod step;
@@ -75,6 +76,8 @@ enum Verb {
     Bench(bench::Choice),
     /// Make packages for machines without Rust, under target/package (docs/installing.md).
     Package(package::Choice),
+    /// Make a release: versions, packages, sums, a list of contents; uploads nothing (docs/releases.md).
+    Release(release::Release),
     /// Build the manual, the pages of docs and a reference, under target/manual; it needs mdbook.
     Manual,
     /// Inject faults into running applications, and check that the rules still hold; `--help` prints the
@@ -171,6 +174,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),
         Verb::Manual => manual::run(&root, paint)?,
         Verb::Package(choice) => package::run(&root, &choice, paint)?,
+        Verb::Release(choice) => release::run(&root, &choice, paint)?,
         Verb::Faults(Faults { dev, arguments }) => return faults::run(&root, dev, &arguments, paint),
     }
     Ok(ExitCode::SUCCESS)

@@ -26,6 +26,13 @@ pub(crate) struct Package {
     pub(crate) version: String,
     #[serde(default)]
     pub(crate) license: Option<String>,
+    #[serde(default)]
+    pub(crate) description: Option<String>,
+    #[serde(default)]
+    pub(crate) readme: Option<PathBuf>,
+    /// The registries to which it may be published; `None` for all.
+    #[serde(default)]
+    pub(crate) publish: Option<Vec<String>>,
     pub(crate) manifest_path: PathBuf,
     #[serde(default)]
     pub(crate) repository: Option<String>,

@@ -5,6 +5,7 @@
 mod deb;
 mod prefix;
 pub(crate) mod python;
+pub(crate) mod sdk;
 mod symbols;
 mod third_party;
 pub(crate) mod trial;
@@ -67,32 +68,41 @@ impl Release<'_> {
 
 /// Makes the packages, and prints the path and the size of each.
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
+    if choice.only.contains(&Form::Python) {
+        let target = Metadata::of_workspace(root)?.target_directory;
+        println!(
+            "{}",
+            python::make(root, &target, cargo_build(root, true), paint)?.display()
+        );
+    }
+    for package in make_chosen(root, choice, paint)? {
+        let megabytes = package.metadata()?.len() as f64 / 1e6;
+        println!("{megabytes:6.1} MB  {}", package.display());
+    }
+    Ok(())
+}
+
+/// Makes the packages of a choice, and returns their files.
+pub(crate) fn make_chosen(root: &Path, choice: &Choice, paint: Paint) -> Result<Vec<PathBuf>> {
     let forms = if choice.only.is_empty() {
         &[Form::Tarball, Form::Deb, Form::Wheel]
     } else {
         choice.only.as_slice()
     };
-    let build = |all: bool| {
-        let mut cargo = shell::cargo();
-        cargo.arg("build").current_dir(root);
-        if all {
-            cargo.arg("--workspace");
-        }
-        cargo
-    };
-    if forms.contains(&Form::Python) {
-        let target = Metadata::of_workspace(root)?.target_directory;
-        println!("{}", python::make(root, &target, build(true), paint)?.display());
-    }
     if forms.iter().all(|form| *form == Form::Python) {
-        return Ok(());
+        return Ok(Vec::new());
     }
-    let cargo = build(choice.dev);
-    for package in make(root, cargo, choice.dev, forms, paint)? {
-        let megabytes = package.metadata()?.len() as f64 / 1e6;
-        println!("{megabytes:6.1} MB  {}", package.display());
+    make(root, cargo_build(root, choice.dev), choice.dev, forms, paint)
+}
+
+/// Returns a call of `cargo build`, for the whole workspace or for what the caller adds.
+fn cargo_build(root: &Path, all: bool) -> Command {
+    let mut cargo = shell::cargo();
+    cargo.arg("build").current_dir(root);
+    if all {
+        cargo.arg("--workspace");
     }
-    Ok(())
+    cargo
 }
 
 /// Builds with a call of `cargo build`, and returns the packages that it makes of the build.

@@ -1,15 +1,14 @@
 //! The tree of all packages, as docs/installing.md shows it: `bin`, `lib`, `include` and `share` of one prefix.
 
-use std::collections::BTreeSet;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 
-use super::{Release, python, symbols, third_party};
-use crate::metadata::{Kind, Package};
+use super::{Release, python, sdk, symbols, third_party};
+use crate::metadata::Package;
 use crate::{project_files, shell};
 
 /// What users read and run, beside the crates of the SDK.
@@ -27,9 +26,6 @@ const DATA: &[&str] = &[
     "scenarios",
     "worlds",
 ];
-
-/// The crates on which the projects of `jde new` depend.
-const SDK: &[&str] = &["jde-device", "jde-schema", "jde-types"];
 
 /// The library of programs that run applications, for the compiler.
 pub(super) const LIBRARY: &str = "libjde.so";
@@ -70,7 +66,7 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
     )?;
     let data = prefix.join("share/jde");
     project_files::copy(release.root, DATA, &data)?;
-    write_sdk(release, &data)?;
+    sdk::write(release.root, release.metadata, &data)?;
     project_files::copy(release.root, &["include"], &prefix)?;
     let cmake = prefix.join("lib/cmake/jde");
     fs::create_dir_all(&cmake)?;
@@ -91,38 +87,6 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
             .arg(&prefix),
     )?;
     Ok(prefix)
-}
-
-/// Copies the crates with which users write plugins in Rust. Their manifests refer to that of the workspace, so
-/// its common part comes with them.
-fn write_sdk(release: &Release<'_>, data: &Path) -> Result<()> {
-    let mut crates = BTreeSet::new();
-    let mut open: Vec<String> = SDK.iter().map(|name| (*name).to_owned()).collect();
-    while let Some(name) = open.pop() {
-        let mut members = release.metadata.members();
-        let package = members
-            .find(|package| package.name == name)
-            .with_context(|| format!("there is no package {name}"))?;
-        if crates.insert(package.folder(release.root)) {
-            let needed = package.dependencies.iter();
-            let needed = needed.filter(|used| used.path.is_some() && used.kind != Some(Kind::Dev));
-            open.extend(needed.map(|used| used.name.clone()));
-        }
-    }
-    let crates: Vec<&str> = crates.iter().map(String::as_str).collect();
-    project_files::copy(release.root, &crates, data)?;
-    let manifest = fs::read_to_string(release.root.join("Cargo.toml"))?;
-    fs::write(data.join("Cargo.toml"), sdk_manifest(&manifest, &crates))?;
-    Ok(())
-}
-
-/// Returns the manifest of a workspace of the crates of the SDK alone: the tables below `workspace` that they inherit.
-fn sdk_manifest(manifest: &str, crates: &[&str]) -> String {
-    let tables = manifest
-        .split("\n[")
-        .filter(|table| table.starts_with("workspace."));
-    let inherited: String = tables.map(|table| format!("\n[{}\n", table.trim_end())).collect();
-    format!("[workspace]\nresolver = \"3\"\nmembers = {crates:?}\n{inherited}")
 }
 
 /// Writes what the executable generates: manual pages and completions.
@@ -149,20 +113,4 @@ pub(super) fn gzip(file: &Path) -> Result<()> {
             .arg(file),
     )
     .map(drop)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_manifest_of_the_sdk_keeps_what_its_crates_inherit() {
-        let manifest = "[workspace]\nmembers = [\"a\"]\n\n[patch.crates-io]\nb = 1\n\n\
-                        [workspace.package]\nversion = \"1.2.3\"\n# c\n\n[workspace.lints.rust]\nd = \"deny\"\n";
-        assert_eq!(
-            sdk_manifest(manifest, &["plugin/schema", "rules/core"]),
-            "[workspace]\nresolver = \"3\"\nmembers = [\"plugin/schema\", \"rules/core\"]\n\n\
-             [workspace.package]\nversion = \"1.2.3\"\n# c\n\n[workspace.lints.rust]\nd = \"deny\"\n"
-        );
-    }
 }
