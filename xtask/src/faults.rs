@@ -15,7 +15,10 @@ use crate::shell;
 /// Runs the campaign with these arguments. Its exit status becomes that of this program.
 pub(crate) fn run(root: &Path, dev: bool, arguments: &[OsString], paint: Paint) -> Result<ExitCode> {
     // Help needs no optimised build, which takes many minutes.
-    let dev = dev || arguments.iter().any(|argument| argument == "--help" || argument == "-h");
+    let dev = dev
+        || arguments
+            .iter()
+            .any(|argument| argument == "--help" || argument == "-h");
     let mut cargo = shell::cargo();
     // `cargo build` alone omits the campaign, since users do not need it.
     cargo.args(["build", "--workspace"]).current_dir(root);
