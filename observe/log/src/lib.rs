@@ -24,4 +24,4 @@ pub use pattern::{Selection, UnknownPattern, variables};
 pub use recording::{Channel, Damage, Messages, ReadError, RecordedMessage, Recording};
 pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, SchemaProblems, Survey, TopicSurvey};
 pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema, TURNS_TOPIC};
-pub use variable::{RecordedVariable, RecordedVariables, value_type};
+pub use variable::{RecordedVariable, RecordedVariables, topic_name, value_type};

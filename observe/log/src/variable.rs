@@ -35,6 +35,12 @@ pub struct RecordedVariable {
     is_foreign: bool,
 }
 
+/// Returns the topic of a variable, `owner.name`: `/owner/name`, a name of ROS 2.
+#[must_use]
+pub fn topic_name(variable: &str) -> String {
+    format!("/{}", variable.replace('.', "/"))
+}
+
 /// The variables of a recording, and the report of what of it cannot be read.
 pub struct RecordedVariables {
     list: Vec<RecordedVariable>,

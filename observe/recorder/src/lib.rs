@@ -19,5 +19,4 @@ pub use recorder::{
     Clock, FileEvent, OnFile, OnTrouble, PartSize, Parts, Recorder, RecorderOptions, SplitOptions, Status,
     TriggerOptions, TriggeredFile, Trouble, turns,
 };
-pub use subscriber::topic_name;
 pub use topic::{Stamps, Topic};

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use jde_board::{Access, LASTING, Nanos, Reader, Variable, Watch};
+use jde_log::topic_name;
 use parking_lot::Mutex;
 
 use crate::recorder::Clock;
@@ -108,12 +109,6 @@ pub(crate) fn watch(
         watch
     };
     (topic, watch)
-}
-
-/// Converts `owner.name` to a topic name of ROS 2, `/owner/name`.
-#[must_use]
-pub fn topic_name(variable: &str) -> String {
-    format!("/{}", variable.replace('.', "/"))
 }
 
 /// Returns how long a value is valid or in force after it was published (R19, R7): "150ms", or "lasting".

@@ -230,7 +230,7 @@ impl Recorder {
         let metadata = BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
         self.condition_variables.contains(variable).then(|| {
             self.add_topic(
-                &subscriber::topic_name(variable),
+                &jde_log::topic_name(variable),
                 TopicContent::Values(value_type),
                 metadata,
                 false,

@@ -111,7 +111,7 @@ impl Record {
             let topic = if selection.contains(&variable.name) {
                 recorded_variables += 1;
                 Some(recorder.topic(
-                    &jde_recorder::topic_name(&variable.name),
+                    &jde_log::topic_name(&variable.name),
                     value_type(variable)?,
                     metadata(variable),
                 ))
