@@ -21,6 +21,7 @@ pub(crate) fn settings(web: Web) -> Settings {
     Settings {
         listen: web.listen,
         hosts: web.hosts,
+        origins: web.origins,
         access: match web.access {
             Access::Operate => Right::Operate,
             Access::Read => Right::Read,

@@ -1,5 +1,5 @@
-//! The page from the robot: a client of the link that shows a running application in browsers, and passes on what
-//! people do there as operators (R14).
+//! The page from the robot: a client of the link that shows a running application in browsers, in Foxglove and in
+//! Lichtblick, and passes on what people do there as operators (R14).
 //!
 //! It is a process of its own beside the run, so that no byte from a browser reaches the robot's process: it has no right
 //! that a client of the link has not, and holds nothing that the link's leases do not end. Nothing here waits for a
@@ -12,6 +12,7 @@ mod drive;
 mod feeds;
 mod files;
 mod floor;
+mod foxglove;
 mod http;
 mod log;
 mod model;

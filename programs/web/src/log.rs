@@ -17,9 +17,9 @@ const MAX_TEXT: usize = 400;
 pub(crate) struct LogLine {
     pub(crate) number: u64,
     time_s: f64,
-    text: String,
-    because: String,
-    severity: &'static str,
+    pub(crate) text: String,
+    pub(crate) because: String,
+    pub(crate) severity: &'static str,
 }
 
 /// The newest lines.
@@ -76,6 +76,11 @@ impl Log {
             because: cut(because),
             severity: severity_word(severity),
         });
+    }
+
+    /// Returns the number of the newest line; 0 before the first.
+    pub(crate) fn last(&self) -> u64 {
+        self.last
     }
 
     /// Returns the oldest lines after a number, at most this many.

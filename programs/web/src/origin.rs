@@ -12,6 +12,8 @@ pub(crate) struct Places {
     port: u16,
     /// In small letters, with the port.
     hosts: Vec<String>,
+    /// In small letters.
+    origins: Vec<String>,
 }
 
 /// Why a request is refused.
@@ -21,6 +23,8 @@ pub(crate) enum Refused {
     Host,
     /// It comes from another site, or does not say from where.
     Origin,
+    /// It comes from a site that is not listed.
+    Unlisted,
 }
 
 impl Places {
@@ -39,7 +43,14 @@ impl Places {
             scheme: if is_tls { "https" } else { "http" },
             port,
             hosts: hosts.iter().map(with_port).collect(),
+            origins: Vec::new(),
         }
+    }
+
+    /// Adds the origins of pages that may connect as Foxglove does.
+    pub(crate) fn with_origins(mut self, origins: &[String]) -> Self {
+        self.origins = origins.iter().map(|origin| origin.to_ascii_lowercase()).collect();
+        self
     }
 
     /// Returns the origin of the place.
@@ -69,6 +80,18 @@ impl Places {
         let origin = origin.ok_or(Refused::Origin)?;
         let is_own = origin.eq_ignore_ascii_case(&self.origin(host));
         is_own.then_some(()).ok_or(Refused::Origin)
+    }
+
+    /// Checks the header `Origin` of a request to connect as Foxglove does. A program that is no browser sends none; what lets
+    /// it in is the token alone.
+    pub(crate) fn check_client(&self, origin: Option<&str>, host: &str) -> Result<(), Refused> {
+        let Some(origin) = origin else { return Ok(()) };
+        let is_listed = self
+            .origins
+            .iter()
+            .any(|listed| origin.eq_ignore_ascii_case(listed));
+        let is_known = is_listed || self.check_origin(Some(origin), host).is_ok();
+        is_known.then_some(()).ok_or(Refused::Unlisted)
     }
 
     /// Whether a host with its port is the very address at which a request arrived. No name server can make a number mean
@@ -173,6 +196,38 @@ mod tests {
         assert_eq!(
             places.check_origin(Some("https://robot.local"), "robot.local"),
             Ok(())
+        );
+    }
+
+    #[test]
+    fn clients_are_programs_the_page_itself_and_listed_pages() {
+        let own = "127.0.0.1:7480";
+        let listed = places(false, &[]).with_origins(&["https://app.foxglove.dev".to_owned()]);
+        for origin in [
+            None,
+            Some("http://127.0.0.1:7480"),
+            Some("https://App.foxglove.dev"),
+        ] {
+            assert_eq!(listed.check_client(origin, own), Ok(()), "{origin:?}");
+        }
+        for origin in [
+            "",
+            "null",
+            "file://",
+            "http://app.foxglove.dev",
+            "https://app.foxglove.dev.example",
+        ] {
+            assert_eq!(
+                listed.check_client(Some(origin), own),
+                Err(Refused::Unlisted),
+                "{origin}"
+            );
+        }
+        assert!(
+            listed
+                .check_origin(Some("https://app.foxglove.dev"), own)
+                .is_err(),
+            "the page's socket is the page's"
         );
     }
 

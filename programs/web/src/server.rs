@@ -16,11 +16,13 @@ use serde::{Deserialize, Serialize};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::runtime::Builder;
-use tokio::sync::{Semaphore, oneshot, watch};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot, watch};
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 use tokio_rustls::TlsAcceptor;
 
 use crate::feeds::{self, Feeds};
+use crate::foxglove::{self, Guest, Hub};
+use crate::http::{Gate, Opened};
 use crate::model::Model;
 use crate::newcomers::{Newcomers, Place};
 use crate::origin::Places;
@@ -55,6 +57,20 @@ pub struct Addresses {
     pub operate: Option<String>,
     /// With the right to look.
     pub read: String,
+    /// For Foxglove and Lichtblick, with the right of the first that there is.
+    pub foxglove: String,
+}
+
+/// A seat among the pages, until it is dropped.
+pub(crate) struct Admission {
+    _seat: OwnedSemaphorePermit,
+    _onlooker: Option<OwnedSemaphorePermit>,
+}
+
+/// Who has entered.
+enum Entered<S> {
+    Page(socket::Entered<S>),
+    Guest(S, Guest),
 }
 
 /// What all connections share.
@@ -70,8 +86,9 @@ pub(crate) struct Page {
     /// Those who drive by hand, by teleoperator, each with the number of the socket.
     pub(crate) drivers: Mutex<HashMap<String, (u64, DrivingView)>>,
     pub(crate) feeds: Feeds,
-    pub(crate) seats: Arc<Semaphore>,
-    pub(crate) onlookers: Arc<Semaphore>,
+    pub(crate) foxglove: Hub,
+    seats: Arc<Semaphore>,
+    onlookers: Arc<Semaphore>,
     newcomers: Arc<Newcomers>,
     sockets: AtomicU64,
     started: Instant,
@@ -86,6 +103,18 @@ impl Page {
     /// Returns a number that no other socket has.
     pub(crate) fn next_socket(&self) -> u64 {
         self.sockets.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Returns a seat for somebody with this right, if there is one.
+    pub(crate) fn admit(&self, right: Right) -> Option<Admission> {
+        let onlooker = match right {
+            Right::Operate => None,
+            Right::Read => Some(Arc::clone(&self.onlookers).try_acquire_owned().ok()?),
+        };
+        Some(Admission {
+            _seat: Arc::clone(&self.seats).try_acquire_owned().ok()?,
+            _onlooker: onlooker,
+        })
     }
 
     /// Sends an order to the application without keeping others waiting.
@@ -132,15 +161,20 @@ pub fn serve(
         let listener = listen(settings)?;
         let address = listener.local_addr()?;
         let places = Places::new(acceptor.is_some(), address.port(), &settings.hosts);
+        let places = places.with_origins(&settings.origins);
         let base = places.origin(&shown_host(settings, address));
         let link = |right| tokens.of(right).map(|token| format!("{base}/#{token}"));
+        let (operate, read) = (link(Right::Operate), link(Right::Read).unwrap_or_default());
+        let best = operate.as_ref().unwrap_or(&read).replacen("http", "ws", 1);
         let addresses = Addresses {
-            operate: link(Right::Operate),
-            read: link(Right::Read).unwrap_or_default(),
+            foxglove: best.replacen("/#", &format!("{}?token=", foxglove::PATH), 1),
+            operate,
+            read,
         };
         opened(&addresses);
         let (newest, state) = watch::channel(state::message(&model, Vec::new(), false));
         let page = Arc::new(Page {
+            foxglove: Hub::new(&model)?,
             model,
             tokens,
             places,
@@ -289,15 +323,23 @@ where
     S: AsyncRead + AsyncWrite + Unpin,
 {
     let entering = async {
-        if !http::answer(&mut stream, &page.places, arrived_at).await? {
-            return io::Result::Ok(None);
-        }
-        Ok(socket::enter(&page, stream, from).await)
+        let gate = Gate {
+            places: &page.places,
+            tokens: &page.tokens,
+            layout: &page.foxglove.layout,
+        };
+        io::Result::Ok(match http::answer(&mut stream, &gate, arrived_at).await? {
+            None => None,
+            Some(Opened::Page) => socket::enter(&page, stream, from).await.map(Entered::Page),
+            Some(Opened::Guest(guest)) => Some(Entered::Guest(stream, guest)),
+        })
     };
     let entered = place.during(entering).await.unwrap_or(Ok(None))?;
     drop(place);
-    if let Some(entered) = entered {
-        socket::serve(page, entered).await;
+    match entered {
+        None => {}
+        Some(Entered::Page(entered)) => socket::serve(page, entered).await,
+        Some(Entered::Guest(stream, guest)) => foxglove::serve(page, stream, from, guest).await,
     }
     Ok(())
 }

@@ -16,6 +16,8 @@ pub struct Settings {
     /// The names by which browsers reach it, beside the address itself: `robot.local`, or `robot.local:8443` if they reach
     /// it by another port.
     pub hosts: Vec<String>,
+    /// The origins of other pages that may connect as Foxglove does: `https://app.foxglove.dev`.
+    pub origins: Vec<String>,
     /// The most that its visitors may do.
     pub access: Right,
     /// The certificate of TLS.

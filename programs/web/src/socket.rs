@@ -15,15 +15,16 @@ use jde_link::message::Action;
 use parking_lot::Mutex;
 use serde_json::json;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
+use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout, timeout_at};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
 use crate::feeds::Topic;
+use crate::http::WRONG_TOKEN;
 use crate::order::{self, DriveOrder, Order};
-use crate::server::{MAX_PAGES, Page};
+use crate::server::{Admission, MAX_PAGES, Page};
 use crate::settings::Right;
 use crate::{drive, floor};
 
@@ -31,8 +32,6 @@ use crate::{drive, floor};
 const MAX_MESSAGE: usize = 4096;
 /// How long a page may take to show its token.
 const ENTRY: Duration = Duration::from_secs(5);
-/// How long a wrong token is answered by nothing.
-const WRONG_TOKEN: Duration = Duration::from_secs(1);
 /// A page says that it is there every 3 s while it can be seen. One that is silent for this long is taken for gone, although
 /// its browser may still answer: it enters again when it is seen again.
 const SILENCE: Duration = Duration::from_secs(15);
@@ -80,7 +79,7 @@ pub(crate) struct Entered<S> {
     socket: (Sink<S>, Source<S>),
     right: Right,
     by: String,
-    _seats: (OwnedSemaphorePermit, Option<OwnedSemaphorePermit>),
+    _admission: Admission,
 }
 
 /// Reads the token of a page; `None` if it has none, or if there is no seat.
@@ -103,12 +102,7 @@ where
         send_off(&mut sink, text, true).await;
         return None;
     };
-    let onlooker = match right {
-        Right::Operate => Ok(None),
-        Right::Read => Arc::clone(&page.onlookers).try_acquire_owned().map(Some),
-    };
-    let seat = Arc::clone(&page.seats).try_acquire_owned();
-    let (Ok(onlooker), Ok(seat)) = (onlooker, seat) else {
+    let Some(admission) = page.admit(right) else {
         let text = format!("{MAX_PAGES} pages are open, and no more are served.");
         send_off(&mut sink, &text, false).await;
         return None;
@@ -117,7 +111,7 @@ where
         socket: (sink, source),
         right,
         by,
-        _seats: (seat, onlooker),
+        _admission: admission,
     })
 }
 
@@ -150,7 +144,7 @@ where
         socket: (mut sink, mut source),
         right,
         by,
-        _seats,
+        _admission,
     } = entered;
     let number = page.next_socket();
     let (answers, waiting) = mpsc::channel(MAX_ANSWERS);

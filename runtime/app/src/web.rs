@@ -9,7 +9,7 @@ use jde_document::{FaultReport, Faults, quote};
 
 use crate::link::{Access, Identity, access, existing_file, refuse_without};
 
-const KEYS: &[&str] = &["listen", "hosts", "access", "tls", "insecure"];
+const KEYS: &[&str] = &["listen", "hosts", "origins", "access", "tls", "insecure"];
 
 /// The settings of a page for browsers. Paths are absolute.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,6 +18,8 @@ pub struct Web {
     pub listen: Option<SocketAddr>,
     /// The names by which browsers reach it, with a port if that is another one.
     pub hosts: Vec<String>,
+    /// The origins of other pages that may connect as Foxglove does: `https://app.foxglove.dev`.
+    pub origins: Vec<String>,
     /// The most that its visitors may do.
     pub access: Access,
     /// The certificate of TLS.
@@ -58,6 +60,7 @@ fn of(report: &mut FaultReport, section: &Section, folder: &Path, check_files: b
     let web = Web {
         listen: listen(report, section),
         hosts: hosts(report, section),
+        origins: origins(report, section),
         access: access(report, section),
         tls: tls(report, section, folder, check_files),
     };
@@ -104,6 +107,31 @@ fn hosts(report: &mut FaultReport, section: &Section) -> Vec<String> {
         );
     }
     written.into_iter().map(|host| host.text.to_owned()).collect()
+}
+
+fn origins(report: &mut FaultReport, section: &Section) -> Vec<String> {
+    let written = section.texts(report, "origins").unwrap_or_default();
+    for origin in written.iter().filter(|origin| !is_origin(origin.text)) {
+        let message = format!(
+            "{} has {}, which is no origin of a page",
+            section.key("origins"),
+            quote(origin.text)
+        );
+        report.fault(&origin.span, message).advise(
+            "write origins such as \"https://app.foxglove.dev\", without a path, or \"file://\" for programs of a desktop",
+        );
+    }
+    written.into_iter().map(|origin| origin.text.to_owned()).collect()
+}
+
+/// Whether a text is the origin of a page; no pattern is one.
+fn is_origin(text: &str) -> bool {
+    let (scheme, host) = text.split_once("://").unwrap_or_default();
+    match scheme {
+        "http" | "https" => is_host(host),
+        "file" => host.is_empty(),
+        _ => false,
+    }
 }
 
 /// Whether a text is a name with or without a port; no pattern is one.

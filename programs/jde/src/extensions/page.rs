@@ -68,6 +68,7 @@ impl RunPage {
         };
         let address = addresses.operate.as_ref().unwrap_or(&addresses.read);
         options.log.pin(format!("page{right}: {address}"));
+        options.log.pin(format!("foxglove: {}", addresses.foxglove));
         // A detached thread reads what it says, so that it never waits for a reader, and that no zombie remains.
         thread::Builder::new()
             .name("page".to_owned())

@@ -13,6 +13,7 @@ mod disk;
 mod evening;
 mod exhausted;
 mod experimenting;
+mod foxglove;
 mod hostile;
 mod inspecting;
 mod inspections;

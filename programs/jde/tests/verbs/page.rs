@@ -120,7 +120,7 @@ impl PageRun {
     }
 
     /// Sends a request as text and returns the answer.
-    fn ask(&self, request: &str) -> String {
+    pub(crate) fn ask(&self, request: &str) -> String {
         let mut stream = TcpStream::connect(self.host()).expect("the page listens");
         stream
             .write_all(request.replace('\n', "\r\n").as_bytes())
@@ -219,7 +219,7 @@ pub(crate) fn safe_navigation() -> String {
     root().join("apps/safe-navigation.toml").display().to_string()
 }
 
-fn read_token(welcome: &Value) -> String {
+pub(crate) fn read_token(welcome: &Value) -> String {
     let share = welcome["share"].as_str().expect("an address");
     share.split_once("/#").expect("a token").1.to_owned()
 }

@@ -59,6 +59,29 @@ fn the_network_needs_tls_or_a_word() {
 }
 
 #[test]
+fn origins_are_whole() {
+    let origins = |list: &str| format!("origins = [{list}]");
+    let web = read(&origins(
+        "\"https://app.foxglove.dev\", \"http://lab:8080\", \"file://\"",
+    ));
+    assert_eq!(web.origins.len(), 3);
+    for wrong in [
+        "*",
+        "null",
+        "https://*",
+        "app.foxglove.dev",
+        "https://app.foxglove.dev/",
+        "file:///home",
+        "",
+    ] {
+        assert!(
+            fault(&origins(&format!("\"{wrong}\""))).contains("no origin of a page"),
+            "{wrong}"
+        );
+    }
+}
+
+#[test]
 fn names_are_whole_and_mistakes_have_a_place() {
     let hosts = |list: &str| format!("hosts = [{list}]");
     read(&hosts("\"robot.local\", \"robot.local:8443\""));

@@ -90,6 +90,7 @@ fn show(addresses: &Addresses, is_beside_run: bool) -> io::Result<()> {
             writeln!(out, "page: {operate}")?;
         }
         writeln!(out, "to look only: {}", addresses.read)?;
+        writeln!(out, "foxglove: {}", addresses.foxglove)?;
     }
     out.flush()
 }
