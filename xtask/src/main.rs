@@ -11,6 +11,7 @@ mod demo;
 mod disk_space;
 mod extending;
 mod faults;
+mod foxglove;
 mod headers;
 mod lints;
 mod manual;

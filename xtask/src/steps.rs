@@ -7,8 +7,8 @@ use crate::programs::{self, Job};
 use crate::step::{StepOutcome, TestStep};
 use crate::test::{Context, LINTING_COMPILER};
 use crate::{
-    browser, clusters, counts, demo, extending, headers, lints, manual, mujoco, package, parameters, peers,
-    prerequisites, pytest, ros2, shell, tidy, tutorial, valgrind,
+    browser, clusters, counts, demo, extending, foxglove, headers, lints, manual, mujoco, package,
+    parameters, peers, prerequisites, pytest, ros2, shell, tidy, tutorial, valgrind,
 };
 
 /// The benches and the fuzzers are separate workspaces.
@@ -185,6 +185,14 @@ pub(crate) const STEPS: &[TestStep<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: browser::run,
+    },
+    TestStep {
+        name: "foxglove",
+        title: "Foxglove's own client, two thousand values a second, and a reader that does not read",
+        help: "see above: the script is programs/web/tests/foxglove.mjs",
+        is_heavy: true,
+        needs: &["build"],
+        run: foxglove::run,
     },
     TestStep {
         name: "mujoco",
