@@ -15,6 +15,8 @@ use crate::experiment::Variant;
 /// Loads the application of an experiment.
 pub struct Applications {
     file: PathBuf,
+    /// The text of the file when it was first read: all drives are of one text, even if the file is edited meanwhile.
+    text: Option<String>,
     inspector: Option<Program>,
     /// The executable beside which plugins are searched for too.
     executable: Option<PathBuf>,
@@ -32,6 +34,7 @@ impl Applications {
     pub fn new(file: PathBuf, inspector: Option<Program>) -> Self {
         Self {
             file,
+            text: None,
             inspector,
             executable: None,
             mocked: Vec::new(),
@@ -81,11 +84,37 @@ impl Applications {
             return Ok(application.clone());
         }
         let plugins = self.plugins(variant);
+        let text = match self.text.take() {
+            Some(text) => text,
+            None => jde_app::read_text(&self.file)?,
+        };
         let catalogue = MockCatalogue::new(&*plugins, self.mocked.iter().cloned());
-        let loaded = jde_app::load(&self.file, overrides, &catalogue);
+        let loaded = jde_app::load_text(&text, &self.file, overrides, &catalogue);
+        self.text = Some(text);
         plugins.stop_inspector();
         let application = loaded?;
         self.last = Some((overrides.to_vec(), variant.clone(), application.clone()));
         Ok(application)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edit_between_two_drives_changes_nothing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("app.toml");
+        std::fs::write(&file, "first = 1\n").expect("it is written");
+        let mut applications = Applications::new(file.clone(), None);
+        let mut faults = |overrides: &[Override]| {
+            let loaded = applications.load(overrides, &Variant::default());
+            loaded.expect_err("no application").to_string()
+        };
+        assert!(faults(&[]).contains("first"));
+        std::fs::write(&file, "second = 1\n").expect("it is written");
+        let again = faults(&[]);
+        assert!(again.contains("first") && !again.contains("second"), "{again}");
     }
 }

@@ -93,7 +93,7 @@ pub use inspect::Inspection;
 pub use isolation::Isolation;
 pub use jde_document::{Fault, FaultLocation, Faults};
 pub use link::Link;
-pub use load::{load, parse};
+pub use load::{load, load_text, parse, read_text};
 pub use modulations::warn_of_former_name;
 pub use option::Override;
 pub use outline::ignores_faults;

@@ -27,13 +27,28 @@ use jde_document::FaultReport;
 /// # Errors
 /// All faults of the file and of `overrides`.
 pub fn load(path: &Path, overrides: &[Override], catalogue: &dyn Catalogue) -> Result<Application, Faults> {
-    read(
-        &jde_document::read(path, "an application file")?,
-        path,
-        overrides,
-        catalogue,
-        true,
-    )
+    load_text(&read_text(path)?, path, overrides, catalogue)
+}
+
+/// Reads the text of an application file.
+///
+/// # Errors
+/// It cannot be read, or is no text.
+pub fn read_text(path: &Path) -> Result<String, Faults> {
+    jde_document::read(path, "an application file")
+}
+
+/// Checks a text that was read from `path`, as [`load`] does.
+///
+/// # Errors
+/// All faults of the text and of `overrides`.
+pub fn load_text(
+    text: &str,
+    path: &Path,
+    overrides: &[Override],
+    catalogue: &dyn Catalogue,
+) -> Result<Application, Faults> {
+    read(text, path, overrides, catalogue, true)
 }
 
 /// Checks the text of an application file; `path` is its real or supposed path. The files that it names need
