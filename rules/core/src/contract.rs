@@ -161,32 +161,30 @@ impl ContractCalculator<'_> {
     fn contract(&self, id: GroupId, group: &GroupSpec) -> Option<GroupContract> {
         let (slowest_check, slowest_start) = (self.slowest_check(group)?, self.slowest_start(group)?);
         let wait = self.policy_wait(group);
-        let pace = self.pace(group);
-        let by_urgency = if group.policy.kind().compares_urgency {
-            // The wait or the iteration, whichever ends later.
-            let iteration = saturating_sum(pace.iter().map(|term| term.nanos));
-            let longer = wait.clone().filter(|wait| wait.nanos > iteration);
-            longer.map_or(pace, |wait| vec![wait])
-        } else {
-            Vec::new()
-        };
-        let bound = |between: Vec<Term>| TakeoverBound {
-            slowest: slowest_start,
-            slowest_name: self.name(slowest_start),
+        let bound = |start: SchemaId, between: Vec<Term>| TakeoverBound {
+            slowest: start,
+            slowest_name: self.name(start),
             terms: [
                 self.detection_terms(slowest_check),
                 between,
-                self.handover_terms(group, slowest_start),
+                self.handover_terms(group, start),
             ]
             .concat(),
         };
+        let waited = wait.as_ref().map_or(0, |wait| wait.nanos);
+        let pair = self.slowest_pair(group, waited);
+        let by_winner = pair
+            .filter(|_| group.policy.kind().compares_urgency)
+            .map(|(start, winner)| {
+                // The wait or the iteration, whichever ends later.
+                let longer = wait.clone().filter(|wait| wait.nanos > self.pace_time(winner));
+                bound(start, longer.map_or_else(|| self.pace(winner), |wait| vec![wait]))
+            });
         Some(GroupContract {
             group: id,
             name: group.name.clone(),
-            by_winner: Some(by_urgency)
-                .filter(|by_urgency| !by_urgency.is_empty())
-                .map(&bound),
-            by_check: bound(wait.into_iter().collect()),
+            by_winner,
+            by_check: bound(slowest_start, wait.into_iter().collect()),
         })
     }
 
@@ -202,9 +200,28 @@ impl ContractCalculator<'_> {
 
     /// Returns the first member with the longest time.
     fn slowest(&self, group: &GroupSpec, time: impl Fn(SchemaId) -> Nanos) -> Option<SchemaId> {
+        self.reversed_members(group).max_by_key(|id| time(*id))
+    }
+
+    /// Returns the member that takes over and the winner before it, which is another one, whose times together are
+    /// the longest. The policy makes the member wait for `wait`. `None` if no other schema can win.
+    fn slowest_pair(&self, group: &GroupSpec, wait: Nanos) -> Option<(SchemaId, SchemaId)> {
+        let pairs = self.reversed_members(group).flat_map(move |start| {
+            let winners = self
+                .reversed_members(group)
+                .filter(move |winner| *winner != start);
+            winners.map(move |winner| (start, winner))
+        });
+        pairs.max_by_key(|(start, winner)| {
+            let until = self.pace_time(*winner).max(wait);
+            until.saturating_add(self.call_time(*start))
+        })
+    }
+
+    /// Returns the known members, the last one first.
+    fn reversed_members(&self, group: &GroupSpec) -> impl Iterator<Item = SchemaId> {
         let members = group.members.iter().rev().copied();
-        let known = members.filter(|id| self.spec.schemas.get(*id).is_some());
-        known.max_by_key(|id| time(*id))
+        members.filter(move |id| self.spec.schemas.get(*id).is_some())
     }
 
     /// Returns the time from the situation to the end of the check that reports it: whole periods, until the
@@ -288,18 +305,17 @@ impl ContractCalculator<'_> {
 
     /// Returns the longest time from any moment to the end of a winner's next iteration. A winner iterates at
     /// its period even if it is triggered.
-    fn pace(&self, group: &GroupSpec) -> Vec<Term> {
-        let time = |id| self.between_turns(id).saturating_add(self.call_time(id));
-        let slowest = self.slowest(group, time).filter(|_| group.members.len() > 1);
-        let Some(slowest) = slowest else {
-            return Vec::new();
-        };
-        let name = self.name(slowest);
+    fn pace_time(&self, winner: SchemaId) -> Nanos {
+        self.between_turns(winner).saturating_add(self.call_time(winner))
+    }
+
+    fn pace(&self, winner: SchemaId) -> Vec<Term> {
+        let name = self.name(winner);
         let (period, iteration) = (
             format!("period of the winner {name}"),
             format!("iteration of {name}"),
         );
-        let mut terms = self.call_terms(period, self.between_turns(slowest), slowest, iteration);
+        let mut terms = self.call_terms(period, self.between_turns(winner), winner, iteration);
         for term in &mut terms {
             term.is_policy_wait = true;
         }

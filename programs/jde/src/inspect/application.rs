@@ -72,7 +72,9 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
         )?;
     }
     for contract in contracts {
-        writeln!(output, "  {contract}")?;
+        for line in contract.to_string().lines() {
+            writeln!(output, "  {line}")?;
+        }
     }
     let warnings = application.warnings();
     if !warnings.is_empty() {

@@ -33,7 +33,11 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
     ] {
         assert!(check.out.contains(part), "{part}: {}", check.out);
     }
-    for contract in ["roots: guide takes over within", "guide/base: "] {
+    for contract in [
+        "roots: guide takes over within",
+        "guide/base: ",
+        "\n    guide/base, by urgency alone: ",
+    ] {
         assert!(check.out.contains(contract), "{contract}: {}", check.out);
     }
     assert!(
