@@ -132,6 +132,18 @@ fn an_unfinished_mission_fails_and_a_time_limit_without_a_mission_succeeds() {
 }
 
 #[test]
+fn a_mission_without_a_target_is_not_done() {
+    let args = ["run", &app("room.toml"), "--lockstep", "--for", "1s"];
+    let run = |route| output_of(jde_with_plugins(&args).args(["--set", route]));
+    let none = run("guide.route={ poses = [] }");
+    assert_eq!(none.status, Some(1), "{}", none.err);
+    let words = "the time was up before the mission was done; it had no target in 1.0 s";
+    assert!(none.out.contains(words), "{}", none.out);
+    let one = run("guide.route={ poses = [[4.0, 2.0, 0]] }");
+    assert!(one.out.contains("; 0 of 1 target in 1.0 s"), "{}", one.out);
+}
+
+#[test]
 fn picture_draws_the_path() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("way.png");

@@ -8,6 +8,7 @@ use jde_core::{GroupId, Id, SchemaId, State};
 use jde_host::Handle;
 use jde_records::event::Outcome;
 use jde_terminal as terminal;
+use jde_timeline::MissionTimeline;
 use serde::Serialize;
 
 use crate::failure::display_path;
@@ -24,7 +25,7 @@ pub struct RunSummary {
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// Whether the application has a mission that can be completed. True also if the mission has published no
-    /// progress.
+    /// progress, or had nothing to do.
     #[serde(skip)]
     pub has_mission: bool,
     /// What the mission counts: "targets", or its own text.
@@ -211,9 +212,12 @@ impl RunSummary {
                 Outcome::Broken(_) => Ending::Broken,
             },
             note,
-            has_mission: application.mission.is_some() && mission.is_none_or(|mission| mission.total > 0),
+            has_mission: application.mission.is_some()
+                && mission.is_none_or(|mission| mission.total > 0 || !has_task(&kept.drive.mission)),
             counts: match mission {
-                Some(mission) if !kept.drive.mission.has_places() => mission.note.to_string(),
+                Some(mission) if !kept.drive.mission.has_places() && !mission.note.is_empty() => {
+                    mission.note.to_string()
+                }
                 Some(_) | None => "targets".to_owned(),
             },
             seed: application.seed,
@@ -278,10 +282,18 @@ impl RunSummary {
     pub fn is_fulfilled(&self) -> bool {
         match self.outcome {
             Ending::Done => true,
-            Ending::TimeUp | Ending::Stopped => !self.has_mission,
+            Ending::TimeUp => !self.has_mission,
+            // A person may stop one that waits for a target.
+            Ending::Stopped => !self.has_mission || self.targets == Some(0),
             Ending::Failed | Ending::Broken => false,
         }
     }
+}
+
+/// Whether a mission without a total had anything to do: a place, a count, or words of its own.
+fn has_task(mission: &MissionTimeline) -> bool {
+    let newest = mission.newest();
+    mission.has_places() || newest.is_some_and(|newest| newest.reached > 0 || !newest.note.is_empty())
 }
 
 fn group_summary(handle: &Handle, kept: &RunData, id: GroupId) -> GroupSummary {

@@ -238,13 +238,18 @@ fn print_headline(summary: &RunSummary, output: &mut dyn Write) -> io::Result<()
     if !summary.note.is_empty() && summary.note != summary.counts {
         write!(output, " ({})", summary.note)?;
     }
-    if let (Some(reached), Some(targets)) = (summary.reached, summary.targets) {
-        write!(
-            output,
-            "; {} {}",
-            format_progress(reached, targets),
-            summary.counts
-        )?;
+    match (summary.reached, summary.targets) {
+        // One without end has no total, and is none that can be completed.
+        (_, Some(0)) if summary.has_mission => write!(output, "; it had no target")?,
+        (Some(reached), Some(targets)) => {
+            let is_one = targets == 1 || targets == 0 && reached == 1;
+            let counts = match summary.counts.as_str() {
+                "targets" if is_one => "target",
+                counts => counts,
+            };
+            write!(output, "; {} {counts}", format_progress(reached, targets))?;
+        }
+        (None, _) | (_, None) => {}
     }
     writeln!(output, " in {:.1} s", summary.sim_seconds)?;
     match summary.collisions {
