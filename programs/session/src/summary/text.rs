@@ -140,7 +140,10 @@ pub fn print_recording(recorded: &RecordingSummary, output: &mut dyn Write) -> i
         write!(output, "recorded {TITLE}{file}{TITLE:#}")?;
         if let Some(parts) = parts {
             let files = counted(parts.count, "file");
-            write!(output, " in {files}, {} to {}", parts.first, parts.last)?;
+            write!(output, " in {files}, {}", parts.first)?;
+            if parts.last != parts.first {
+                write!(output, " to {}", parts.last)?;
+            }
             if parts.deleted > 0 {
                 write!(output, ", {} deleted", parts.deleted)?;
             }
