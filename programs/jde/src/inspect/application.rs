@@ -76,13 +76,7 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
             writeln!(output, "  {line}")?;
         }
     }
-    let warnings = application.warnings();
-    if !warnings.is_empty() {
-        writeln!(output)?;
-    }
-    warnings
-        .iter()
-        .try_for_each(|warning| writeln!(output, "{WARN}{warning}{WARN:#}"))
+    Ok(())
 }
 
 /// Writes the modulations that have the default of their type, by schema, and marks those that the file sets

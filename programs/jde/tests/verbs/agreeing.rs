@@ -12,16 +12,13 @@ const WARNED: [&str; 2] = ["colors", "family"];
 fn warnings(path: &str) -> Vec<String> {
     let output = output_of(&mut jde_with_plugins(&["check", path]));
     assert_eq!(output.status, Some(0), "{output:?}");
-    warnings_in(&output.out)
+    warnings_in(&output.err)
 }
 
-/// The lines that begin with one of the file of the application.
+/// The lines that begin with the word.
 fn warnings_in(output: &str) -> Vec<String> {
-    let is_warning = |line: &&str| {
-        let number = line.strip_prefix("line ");
-        number.is_some_and(|number| number.starts_with(|first: char| first.is_ascii_digit()))
-    };
-    output.lines().filter(is_warning).map(str::to_owned).collect()
+    let lines = output.lines().filter(|line| line.starts_with("warning: "));
+    lines.map(str::to_owned).collect()
 }
 
 /// An application beside others: its text with paths of this machine.
@@ -69,7 +66,7 @@ fn the_parts_of_shipped_applications_agree() {
         let is_warned = WARNED.iter().any(|name| path.ends_with(format!("{name}.toml")));
         let is_application = path.extension().is_some_and(|end| end == "toml") && !is_warned;
         if is_application && output.status == Some(0) {
-            let found = warnings_in(&output.out);
+            let found = warnings_in(&output.err);
             assert_eq!(found, [""; 0], "{}", path.display());
             checked += 1;
         }

@@ -17,7 +17,8 @@ use crate::inspect;
 /// is present.
 ///
 /// Prints the schemas by father and group with their bindings. Prints for each group its contract: the
-/// longest time that a takeover may take, and how it is computed.
+/// longest time that a takeover may take, and how it is computed. Prints warnings of what may not be intended on
+/// standard error.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde check apps/safe-navigation.toml
@@ -44,6 +45,9 @@ impl Check {
             inspect::defaults(&application, &mut out)?;
         }
         out.flush()?;
+        if let Some(warnings) = inspect::warnings(&application) {
+            jde_session::failure::warn(&warnings);
+        }
         application
             .concerns
             .map_or(Ok(()), |faults| Err(Failure::faults(faults)))

@@ -78,7 +78,10 @@ pub(super) fn check(call: &Call<'_>, arguments: Check) -> Result<Answer, Failure
     inspect::application(&application, &mut text)?;
     let text = without_styles(&String::from_utf8_lossy(&text));
     let absent = application.concerns.as_ref().map(list);
-    Answer::new(&json!({"is_usable": true, "absent_at_present": absent, "application": text}))
+    let warnings = inspect::warnings(&application).as_ref().map(list);
+    Answer::new(
+        &json!({"is_usable": true, "absent_at_present": absent, "warnings": warnings, "application": text}),
+    )
 }
 
 /// Returns faults with the lines that have them.
