@@ -4,12 +4,14 @@
 //! what it makes of them, and names in [`LeftOut`] what it does not understand. Whoever prints their texts takes [`escape`].
 
 mod budget;
+mod folder;
 mod left_out;
 mod read;
 mod replace;
 mod text;
 
 pub use budget::{Budget, Exceeded};
+pub use folder::create_folder;
 pub use left_out::LeftOut;
 pub use read::{open, read, read_text, read_undamaged, read_unpacked};
 pub use replace::replace;

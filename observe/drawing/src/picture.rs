@@ -1,6 +1,5 @@
 //! A drawing as a PNG file. Draws nothing itself.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -62,7 +61,7 @@ impl Picture {
     pub fn save(&self, path: &Path) -> Result<(), PictureError> {
         let encoded = self.png()?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        fs::create_dir_all(folder)
+        jde_files::create_folder(folder)
             .and_then(|()| jde_files::replace(path, |file| file.write_all(&encoded)))
             .map_err(|error| PictureError::Write {
                 path: path.to_owned(),
@@ -73,6 +72,8 @@ impl Picture {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::map::{PathPoint, RobotPath};
 

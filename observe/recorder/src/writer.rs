@@ -65,7 +65,7 @@ fn is_own(folder: &Path) -> bool {
     matches!((owner(folder), owner(Path::new("/proc/self"))), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Creates the file of a recording, and the folders above it. In a folder that does not belong to this user,
+/// Creates the file of a recording, and its folder. In a folder that does not belong to this user,
 /// only this user may read the file. The file is locked while it is open, so that no other recording
 /// overwrites or deletes it.
 pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
@@ -76,7 +76,7 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
     // A name without a folder is in the working folder.
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(failed)?;
+    jde_files::create_folder(folder).map_err(failed)?;
     let mut options = OpenOptions::new();
     options.write(true);
     if !is_own(folder) {

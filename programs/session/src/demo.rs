@@ -1,5 +1,6 @@
 //! `jde demo`: runs the paper's application in the simulator.
 
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -79,6 +80,7 @@ impl Demo {
         } else {
             STATUS_INTERVAL
         };
+        fs::create_dir_all(&self.out).map_err(Failure::file(&self.out))?;
         let options = RunOptions {
             lockstep: self.time.lockstep,
             limit: Some(MISSION_LIMIT),

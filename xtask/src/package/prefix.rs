@@ -92,6 +92,7 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
 /// Writes what the executable generates: manual pages and completions.
 fn write_generated(executable: &Path, prefix: &Path) -> Result<()> {
     let pages = prefix.join("share/man/man1");
+    fs::create_dir_all(&pages)?;
     shell::read(Command::new(executable).arg("man").arg(&pages))?;
     for page in fs::read_dir(&pages)? {
         gzip(&page?.path())?;

@@ -80,7 +80,7 @@ fn checked(name: &str, is_used: impl Fn(&str) -> bool) -> Result<Name, Failure> 
 
 /// Makes the folder. Fails if it exists.
 fn create_folder(folder: &Path) -> Result<(), Failure> {
-    let parent = folder.parent().map_or(Ok(()), fs::create_dir_all);
+    let parent = folder.parent().map_or(Ok(()), jde_files::create_folder);
     parent
         .and_then(|()| fs::create_dir(folder))
         .map_err(|error| not_created(folder, error))

@@ -1,6 +1,5 @@
 //! New robots of the simulator: a small one, or a copy of a shipped one.
 
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
@@ -21,7 +20,7 @@ pub(crate) fn write_robot(name: &str, from: Option<&str>, folder: &Path) -> Resu
     let name = checked(name, |_| false)?.kebab;
     let shipped = SHIPPED_ROBOTS.into_iter().find(|(known, _)| Some(*known) == from);
     let (known, text) = shipped.unwrap_or(TEMPLATE);
-    fs::create_dir_all(folder).map_err(Failure::file(folder))?;
+    jde_files::create_folder(folder).map_err(Failure::file(folder))?;
     let created = folder.join(&name).with_extension("toml");
     let text = text.replacen(&format!("{known:?}"), &format!("{name:?}"), 1);
     write_file(&created, &text)?;

@@ -1,6 +1,5 @@
 //! New worlds: a room, or worlds converted from the files of other programs.
 
-use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -49,7 +48,7 @@ pub(crate) fn write_world(
     let mut created = folder.join(&name);
     if let [world] = worlds.as_slice() {
         created.set_extension("toml");
-        fs::create_dir_all(folder).map_err(Failure::file(folder))?;
+        jde_files::create_folder(folder).map_err(Failure::file(folder))?;
         let files = world
             .files
             .iter()

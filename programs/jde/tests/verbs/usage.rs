@@ -119,6 +119,11 @@ fn every_verb_has_a_manual_page() {
         let page = std::fs::read_to_string(folder.path().join(format!("jde-{verb}.1"))).unwrap();
         assert!(page.contains(&format!("jde {verb}")), "{page}");
     }
+    let refused = output_of(jde(&["man"]).arg(folder.path().join("none/man1")));
+    let advice = format!("mkdir -p {}", folder.path().join("none").display());
+    assert_eq!(refused.status, Some(1), "{}", refused.err);
+    assert!(refused.err.contains(&advice), "{}", refused.err);
+    assert!(!folder.path().join("none").exists());
 }
 
 #[test]

@@ -16,14 +16,14 @@ pub(crate) struct PendingFile {
 }
 
 impl PendingFile {
-    /// Opens a file without changing its content. A missing file and its folders are created.
+    /// Opens a file without changing its content. A missing file and its folder are created.
     ///
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn prepare(path: &Path) -> Result<Self, Failure> {
         let opened = path
             .parent()
-            .map_or(Ok(()), fs::create_dir_all)
+            .map_or(Ok(()), jde_files::create_folder)
             .and_then(|()| open(path));
         let (file, made) = opened.map_err(Failure::file(path))?;
         Ok(Self {

@@ -1,6 +1,5 @@
 //! `jde man`: writes the manual pages of all verbs.
 
-use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, ValueHint};
@@ -21,7 +20,7 @@ pub(crate) struct Man {
 impl Man {
     /// Writes the pages.
     pub(super) fn run(self) -> Result<(), Failure> {
-        fs::create_dir_all(&self.folder)
+        jde_files::create_folder(&self.folder)
             .and_then(|()| clap_mangen::generate_to(Cli::command(), &self.folder))
             .map_err(Failure::file(&self.folder))
     }
