@@ -27,7 +27,7 @@ pub struct Follower {
     #[modulation(default = 1.3, unit = "m", min = 0.0)]
     direct: Modulation<f64>,
     /// Heading error from which `avoid` turns on the spot and may win against `brake`.
-    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
+    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0, max = 7.0)]
     turning: Modulation<f64>,
     /// How long it stays at the ball before the mission is done.
     #[modulation(default = 3.0, unit = "s", min = 0.0)]

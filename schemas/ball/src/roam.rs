@@ -21,7 +21,7 @@ pub struct Roam {
     #[modulation(default = 5.0, unit = "s", min = 0.0)]
     patience: Modulation<f64>,
     /// Half the width of the path that must be free.
-    #[modulation(default = 0.4, unit = "m", min = 0.0)]
+    #[modulation(default = 0.4, unit = "m", min = 0.0, max = 5.0)]
     half_width: Modulation<f64>,
     /// Room ahead of the laser at which it starts to turn. Greater than the room at which a brake stops the
     /// base.

@@ -16,7 +16,7 @@ pub struct Search {
     #[import]
     pan_tilt: Import<PanTilt>,
     /// Pan angle of the sweep to either side.
-    #[modulation(default = 70_f64.to_radians(), unit = "rad", min = 0.0)]
+    #[modulation(default = 70_f64.to_radians(), unit = "rad", min = 0.0, max = 3.15)]
     sweep: Modulation<f64>,
     /// Tilt during the sweep, positive downward.
     #[modulation(default = 7_f64.to_radians(), unit = "rad")]

@@ -16,10 +16,10 @@ pub struct Turn {
     #[import(trigger)]
     ball: Import<Ball>,
     /// Bearing of the ball, to either side, at which it starts.
-    #[modulation(default = 35_f64.to_radians(), unit = "rad", min = 0.0)]
+    #[modulation(default = 35_f64.to_radians(), unit = "rad", min = 0.0, max = 3.15)]
     enter: Modulation<f64>,
     /// Bearing of the ball, to either side, at which it ends.
-    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
+    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0, max = 3.15)]
     leave: Modulation<f64>,
     /// Time for which only the head searches for a lost ball.
     #[modulation(default = 5.0, unit = "s", min = 0.0)]

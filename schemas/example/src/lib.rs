@@ -52,7 +52,7 @@ pub struct Example {
     skips: Modulation<u32>,
     /// Heading error from which `avoid` turns on the spot and may win against `brake`. The default never
     /// permits it.
-    #[modulation(default = 7.0, unit = "rad", min = 0.0)]
+    #[modulation(default = 7.0, unit = "rad", min = 0.0, max = 7.0)]
     turning: Modulation<f64>,
     /// Progress of the mission: targets reached in all rounds, and their total, which is 0 if the rounds have
     /// no limit.

@@ -13,7 +13,7 @@ pub struct Stop {
     #[import(trigger)]
     laser: Import<LaserScan>,
     /// Half the width of the watched area.
-    #[modulation(default = 0.3, unit = "m", min = 0.0)]
+    #[modulation(default = 0.3, unit = "m", min = 0.0, max = 5.0)]
     half_width: Modulation<f64>,
     /// How far ahead of the laser the watched area reaches.
     #[modulation(default = 0.6, unit = "m", min = 0.0)]

@@ -27,7 +27,7 @@ pub struct Vff {
     #[modulation(default = Target::NONE)]
     target: Modulation<Target>,
     /// Half the width of the area in which an obstacle makes it ready.
-    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    #[modulation(default = 1.0, unit = "m", min = 0.0, max = 5.0)]
     half_width: Modulation<f64>,
     /// How far ahead of the laser that area reaches.
     #[modulation(default = 3.0, unit = "m", min = 0.0)]
@@ -49,10 +49,10 @@ pub struct Vff {
     #[modulation(default = 50_f64.to_radians(), unit = "rad/s", min = 0.0)]
     turn: Modulation<f64>,
     /// Heading error below which it goes straight.
-    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0)]
+    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0, max = 3.15)]
     straight: Modulation<f64>,
     /// Heading error below which it turns on the move.
-    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0)]
+    #[modulation(default = 40_f64.to_radians(), unit = "rad", min = 0.0, max = 3.15)]
     veer: Modulation<f64>,
     /// Weight of the target's pull.
     #[modulation(default = 0.7, min = 0.0)]

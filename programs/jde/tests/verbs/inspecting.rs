@@ -299,6 +299,20 @@ fn plugins_lists_the_folders_in_the_order_of_the_search() {
 }
 
 #[test]
+fn check_refuses_a_width_in_centimetres_and_an_angle_in_degrees() {
+    for set in [
+        "goon.half_width=28",
+        "stop.half_width=28",
+        "vff.veer=40",
+        "guide.turning=40",
+    ] {
+        let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
+        assert_eq!(check.status, Some(2), "{set}: {check:?}");
+        assert!(check.err.contains(set), "{}", check.err);
+    }
+}
+
+#[test]
 fn check_reports_a_missing_file_that_a_modulation_names() {
     let set = "pioneer.world=nowhere.toml";
     let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
