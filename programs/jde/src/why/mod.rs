@@ -3,6 +3,7 @@
 
 mod answer;
 mod asleep;
+mod missing;
 mod question;
 mod steps;
 #[cfg(test)]
@@ -11,6 +12,7 @@ mod text;
 
 pub(crate) use answer::{Answer, KnownSpan};
 pub(crate) use asleep::{Asleep, Past, is_cause};
+pub(crate) use missing::MissingValue;
 pub(crate) use question::Question;
 pub(crate) use steps::DueStep;
 pub(crate) use text::write;

@@ -1,4 +1,5 @@
-//! `--in FILE --at TIME`: verbs for running applications ask a recording as it was at a time.
+//! `--in FILE --at TIME`: verbs for running applications ask a recording as it was at a time. And why a running one
+//! does not act.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +11,7 @@ use jde_records::RunRecord;
 use jde_types::Value as _;
 use serde_json::Value;
 
-use crate::attached::Sandbox;
+use crate::attached::{Sandbox, schema};
 use crate::support::{RunOutput, jde, jde_with_plugins, json, output_of, pair, root};
 
 const MILLISECOND: u64 = 1_000_000;
@@ -174,4 +175,23 @@ fn r15_a_refused_candidate_is_not_ready_because_of_its_guard() {
     assert!(why.contains("command refused by the guard `guard`"), "{why}");
     assert!(why.contains("not ready for 0."), "{why}");
     assert!(!why.contains("its precondition did not hold"), "{why}");
+}
+
+#[test]
+fn why_names_an_import_that_never_had_a_value() {
+    let sandbox = Sandbox::new();
+    let text = std::fs::read_to_string(root().join("programs/jde/templates/robot/robot.toml"));
+    let text = text.expect("the template exists");
+    let (blind, _) = text.split_once("[[lasers]]").expect("it has a laser");
+    let model = sandbox.folder().join("blind.toml");
+    std::fs::write(&model, blind).expect("the folder is writable");
+    let set = format!("pioneer.model={}", model.display());
+    let _robot = sandbox.start("apps/safe-navigation.toml", &["--set", &set]);
+    sandbox.until(&["ps"], |now| schema(now, "stop")["state"] == "winner");
+    let question = ["why", "is", "goon", "not", "the", "winner"];
+    let why = sandbox.json(&question);
+    assert_eq!(why["without_value"][0]["variable"], "pioneer.laser", "{why}");
+    let why = sandbox.run_ok(&question);
+    let words = "no value    goon has no laser: pioneer.laser was never written";
+    assert!(why.contains(words), "{why}");
 }

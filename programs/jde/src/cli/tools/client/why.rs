@@ -8,11 +8,12 @@ use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_files::LeftOut;
 use jde_link::Remote;
+use jde_link::message::{SchemaInfo, VariableInfo};
 use jde_log::{RecordedHierarchy, RecordedVariables, Recording, record};
 use jde_records::event::{Occurrence, What};
-use jde_records::{Decision, RecordKind, RunRecord};
+use jde_records::{CandidateRecord, Decision, RecordKind, RunRecord};
 use jde_session::cli::print_json;
-use jde_terminal as terminal;
+use jde_terminal::{self as terminal, WARN};
 use jde_timeline::{Hierarchy, Keep, LogLimits, Timeline};
 use jde_types::{ChunkStep, Value as _};
 use serde::Serialize;
@@ -22,7 +23,7 @@ use super::target::recording_instead;
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::{Failure, display_path};
-use crate::why::{self, Answer, Asleep, DueStep, KnownSpan, Past, Question};
+use crate::why::{self, Answer, Asleep, DueStep, KnownSpan, MissingValue, Past, Question};
 
 /// Number of records of each kind requested from a running application: all that it keeps.
 const MAX_RECORDS: usize = 1_000_000;
@@ -74,6 +75,8 @@ enum SelectionOutput<'d> {
         after: Option<&'d Decision>,
         limits: Vec<&'d Occurrence<String>>,
         steps: Vec<&'d DueStep>,
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        without_value: Vec<&'d MissingValue>,
     },
     Asleep {
         asleep: Asleep<'d>,
@@ -109,6 +112,11 @@ impl Why {
         let marked = question.winner.as_deref().filter(|_| question.negated);
         let mut out = terminal::out();
         why::write(&answer, marked, &mut out)?;
+        if let Answer::Match { decision, .. } = &answer {
+            for missing in selections.missing(&question, decision) {
+                writeln!(out, "  {WARN}no value{WARN:#}    {}", missing.text())?;
+            }
+        }
         out.flush()?;
         Ok(())
     }
@@ -124,6 +132,8 @@ pub(crate) struct Selections {
     timeline: Timeline,
     /// The commands of chunks that came due. Of a running application, the last of each schema.
     steps: Vec<DueStep>,
+    /// Of a running application, the imports that have no value now.
+    missing: Vec<MissingValue>,
     known: KnownSpan,
     schemas: Vec<String>,
     groups: Vec<String>,
@@ -165,6 +175,33 @@ impl SortedRecords {
 /// Returns the schema that has a variable.
 fn owner(variable: &str) -> &str {
     variable.rsplit_once('.').map_or(variable, |(owner, _)| owner)
+}
+
+/// Returns the imports that have no value now.
+fn missing_values(schemas: &[SchemaInfo], variables: &[VariableInfo]) -> Vec<MissingValue> {
+    let mut missing = Vec::new();
+    for schema in schemas {
+        for port in schema.ports.iter().filter(|port| port.role == "import") {
+            let source = port.variable.as_ref();
+            // A modulation or a command always has a value.
+            let source = source.and_then(|source| {
+                let mut exports = variables.iter().filter(|variable| variable.access == "export");
+                exports.find(|variable| variable.name == *source)
+            });
+            let status = source.and_then(|source| source.status.as_ref());
+            if let (Some(source), Some(status)) = (source, status)
+                && (status.sequence == 0 || status.retracted)
+            {
+                missing.push(MissingValue {
+                    schema: schema.name.clone(),
+                    import: port.name.clone(),
+                    variable: source.name.clone(),
+                    age_s: status.age_s.filter(|_| status.sequence > 0),
+                });
+            }
+        }
+    }
+    missing
 }
 
 /// Whether an event is of limited commands.
@@ -232,6 +269,7 @@ impl Selections {
     /// It gives no answer.
     pub(crate) fn of_application(remote: &Remote) -> Result<Self, Failure> {
         let known = remote.schemas()?;
+        let missing = missing_values(&known.schemas, &remote.variables(true)?);
         let names = [
             known.schemas.into_iter().map(|schema| schema.name).collect(),
             known.groups.into_iter().map(|group| group.name).collect(),
@@ -264,7 +302,10 @@ impl Selections {
             },
             until: snapshot.time as f64 / 1e9,
         };
-        Ok(Self::new(sorted, known, names, Vec::new()))
+        Ok(Self {
+            missing,
+            ..Self::new(sorted, known, names, Vec::new())
+        })
     }
 
     fn new(
@@ -292,11 +333,26 @@ impl Selections {
             causes,
             timeline,
             steps,
+            missing: Vec::new(),
             known,
             schemas,
             groups,
             notes,
         }
+    }
+
+    /// Returns the imports without a value of the schemas that were not ready in a selection, if the question is about
+    /// these.
+    fn missing(&self, question: &Question, decision: &Decision) -> Vec<&MissingValue> {
+        let is_asked = |candidate: &CandidateRecord| {
+            let is_named = question.negated && question.winner.as_ref() == Some(&candidate.name);
+            !candidate.ready && (is_named || decision.choice.is_none())
+        };
+        let is_of = |missing: &MissingValue| {
+            let mut candidates = decision.candidates.iter();
+            candidates.any(|candidate| candidate.name == missing.schema && is_asked(candidate))
+        };
+        self.missing.iter().filter(|missing| is_of(missing)).collect()
     }
 
     /// Reads a question about them.
@@ -320,6 +376,7 @@ impl Selections {
                 limits,
                 steps,
             } => Ok(SelectionOutput::Selection {
+                without_value: self.missing(question, decision),
                 decision,
                 before,
                 after,
@@ -340,7 +397,15 @@ impl Selections {
             known: self.known,
         };
         match question.answer(past, &self.limits) {
-            Answer::NoMatch(reason) => Err(Failure::NoMatch(reason)),
+            Answer::NoMatch(reason) => {
+                let is_of = |missing: &&MissingValue| question.winner.as_ref() == Some(&missing.schema);
+                let missing = self.missing.iter().filter(is_of);
+                let reasons: Vec<_> = [reason]
+                    .into_iter()
+                    .chain(missing.map(MissingValue::text))
+                    .collect();
+                Err(Failure::NoMatch(reasons.join("; ")))
+            }
             found @ (Answer::Match { .. } | Answer::Asleep(_)) => Ok(found),
         }
     }
