@@ -263,6 +263,9 @@ impl Schema for Robot {
 impl Inspect for Robot {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         let model = problems.expect(&self.model, self.model(cx));
+        if let Some(model) = &model {
+            self.name_absent(model, problems);
+        }
         let entry = Entry::new(cx, self);
         let world = entry.path().and_then(|path| Ok(worlds::load(path, cx.seed())?));
         let (Some(mut world), Some(model)) = (problems.expect(&self.world, world), model) else {
@@ -274,6 +277,31 @@ impl Inspect for Robot {
                 problems.wrong(&self.start, error);
             }
             Err(error) => problems.wrong(&self.robot, error),
+        }
+    }
+}
+
+impl Robot {
+    /// Names the sensors that the robot does not have.
+    fn name_absent(&self, model: &RobotModel, problems: &mut Problems) {
+        let name = &model.name;
+        let words = |sensor: &str, table: &str| {
+            format!("the robot `{name}` has no {sensor}: its file has no {table}")
+        };
+        if model.lasers.is_empty() {
+            problems.absent(&self.laser, words("laser", "[[lasers]]"));
+        }
+        if model.sonars.is_none() {
+            problems.absent(&self.sonars, words("sonars", "[sonars]"));
+        }
+        if model.line_sensor.is_none() {
+            problems.absent(&self.line_sensor, words("line sensor", "[line_sensor]"));
+        }
+        if model.imu.is_none() {
+            problems.absent(&self.imu, words("inertial unit", "[imu]"));
+        }
+        if model.position.is_none() {
+            problems.absent(&self.position, words("position sensor", "[position]"));
         }
     }
 }

@@ -56,6 +56,7 @@ use core::fmt;
 use jde_abi::raw;
 
 use crate::context::Context;
+use crate::output::Export;
 use crate::schema::Schema;
 
 /// A schema that inspects what its modulations name before the application starts.
@@ -69,7 +70,7 @@ pub trait Inspect: Schema {
     fn inspect(&self, cx: &Context, problems: &mut Problems);
 }
 
-/// What an inspection may find wrong: a modulation, or a port of a list.
+/// What an inspection may find wrong: a modulation, or a port of a list; or an export that it finds absent.
 pub trait Inspected {
     /// Returns the number of the port in a call of the type whose ports start at `ports`.
     #[doc(hidden)]
@@ -103,6 +104,12 @@ impl<'call> Problems<'call> {
     /// start and wait for it. `message` states what is missing and what to do. `jde run` warns and starts.
     pub fn unavailable(&mut self, place: &impl Inspected, message: impl fmt::Display) {
         self.add(raw::PROBLEM_UNAVAILABLE, place, &message);
+    }
+
+    /// Reports that this export never has a value with these modulations: a robot has no such sensor. `message` states
+    /// why. `jde check` and `jde run` warn of each schema that imports it.
+    pub fn absent<T>(&mut self, export: &Export<T>, message: impl fmt::Display) {
+        self.add(raw::PROBLEM_UNAVAILABLE, export, &message);
     }
 
     /// Returns the value of `result`, and reports an error in it as [`wrong`](Self::wrong).

@@ -11,6 +11,7 @@ use jde_abi::raw;
 use jde_types::{Modulated, Value, wire};
 
 use crate::context::{Context, broken};
+use crate::inspect::Inspected;
 use crate::slot::Slot;
 
 /// A variable that this schema writes and any other may read.
@@ -57,6 +58,12 @@ pub struct Loan<'call, T: Value> {
     cx: &'call Context<'call>,
     slot: Slot,
     export: PhantomData<&'call mut T>,
+}
+
+impl<T> Inspected for Export<T> {
+    fn number(&self, ports: *const raw::Port) -> u32 {
+        self.slot.number(ports)
+    }
 }
 
 impl<T: Value> Export<T> {

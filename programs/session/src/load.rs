@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
-use jde_app::{Application, Catalogue, Faults, Inspection, Override, Unusable};
+use jde_app::{Application, Catalogue, Fault, Faults, Inspection, Override, Unusable};
 use jde_isolation::Inspector;
 use jde_loader::python::is_python;
 use jde_loader::{DescribedPlugin, Plugins, SearchPath};
@@ -66,7 +66,7 @@ pub struct LookupReport {
 }
 
 /// Loads and checks an application that is to start, given as a file or by name. Prints a warning about
-/// everything that is absent at present.
+/// everything that is absent at present, and about each import that never has a value.
 ///
 /// # Errors
 /// All faults of the application.
@@ -75,6 +75,11 @@ pub fn load_to_start(given: &Path, overrides: &[Override]) -> Result<LoadedAppli
     let loaded = load(&file, overrides, PluginCatalogue::with_inspection)?;
     if let Some(concerns) = &loaded.application.concerns {
         failure::warn(concerns);
+    }
+    let absent = loaded.application.absent_imports();
+    let absent: Vec<_> = absent.map(|warning| Fault::of_file(&file, warning)).collect();
+    if !absent.is_empty() {
+        failure::warn(&Faults::from(absent));
     }
     Ok(loaded)
 }

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::time::{Duration, Instant};
 
+use jde_abi::describe::Role;
 use jde_abi::raw;
 use jde_loader::instance::{SavedMemory, memory_of};
 use jde_loader::{Judge, Judgement};
@@ -409,7 +410,11 @@ fn inspects(subject: Subject<'_>) -> CheckResult {
     let ((status, problems), reason) = bench.call("inspect", |context| instance.inspect(context));
     let foreign = problems.as_ref().ok().and_then(|problems| {
         let mut ports = problems.iter().map(|problem| problem.port);
-        ports.find(|port| subject.schema.modulation(*port).is_none())
+        ports.find(|port| {
+            let named = subject.schema.ports.get(*port as usize);
+            let is_export = named.is_some_and(|named| matches!(named.role, Role::Export { .. }));
+            !is_export && subject.schema.modulation(*port).is_none()
+        })
     });
     let breach = bench
         .breaches
@@ -419,7 +424,7 @@ fn inspects(subject: Subject<'_>) -> CheckResult {
     verdict(match (status, foreign) {
         (raw::OK, None) => problems.err().or(breach),
         (raw::OK, Some(port)) => Some(format!(
-            "its inspection blames port {port}, which is not a modulation"
+            "its inspection blames port {port}, which is neither a modulation nor an export"
         )),
         (status, _) => Some(format!(
             "`inspect` returned {status}: {}",

@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Plugin, Schema};
+use jde_abi::describe::{Plugin, Role, Schema};
 use jde_abi::lists::ListedPort;
 
 use super::drafts::InstanceContext;
-use super::{Binding, Catalogue, Override, lists};
+use super::{AbsentExport, Binding, Catalogue, Override, lists};
 use jde_document::{FaultReport, quote};
 
 /// A request to a schema type to inspect these values of its modulations.
@@ -23,20 +23,21 @@ pub struct Inspection<'q> {
     pub listed: &'q [ListedPort],
 }
 
-/// Reports the problems that the type of an instance finds.
+/// Reports the problems that the type of an instance finds. Returns the exports that never have a value.
 pub(super) fn report_problems(
     report: &mut FaultReport,
     catalogue: &dyn Catalogue,
     plugin: &Arc<Plugin>,
     (instance, inspection): (&InstanceContext, &Inspection),
     overrides: &[Override],
-) {
+) -> Vec<AbsentExport> {
+    let mut absent = Vec::new();
     let section = instance.section();
     let entries = instance.schema.lists.iter();
     let stated: usize = entries.map(|list| lists::entries(section, list).len()).sum();
     if stated > inspection.listed.len() {
         // An entry has a fault, which is reported: to the type it would look as if it were missing.
-        return;
+        return absent;
     }
     let problems = match catalogue.inspect(plugin, inspection) {
         Ok(problems) => problems,
@@ -46,7 +47,8 @@ pub(super) fn report_problems(
                 "{}: the plugin {plugin} cannot inspect it: {reason}",
                 section.label
             );
-            return report.concern(&section.span, message);
+            report.concern(&section.span, message);
+            return absent;
         }
     };
     for problem in problems {
@@ -58,6 +60,13 @@ pub(super) fn report_problems(
             } else {
                 report.fault(&span, message);
             }
+            continue;
+        }
+        let port = problem.port as usize;
+        let named = instance.schema.ports.get(port);
+        if named.is_some_and(|named| matches!(named.role, Role::Export { .. })) {
+            let words = problem.words;
+            absent.push(AbsentExport { port, words });
             continue;
         }
         let Some(port) = instance.schema.modulation(problem.port) else {
@@ -90,6 +99,7 @@ pub(super) fn report_problems(
             None => add(report),
         }
     }
+    absent
 }
 
 impl<'q> Inspection<'q> {

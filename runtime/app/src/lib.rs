@@ -46,6 +46,7 @@ use jde_abi::inspect::Problem;
 use jde_abi::lists::ListedPort;
 use jde_core::{Absence, GroupId, Policy, Restart, SchemaId, Table};
 
+mod absent;
 mod agreement;
 mod children;
 mod conflict;
@@ -194,6 +195,17 @@ pub struct InstanceConfig {
     pub group: Option<GroupId>,
     /// The line of its definition in the file, from 1.
     pub line: usize,
+    /// Its exports that never have a value, as its type has found before the start.
+    pub absent: Vec<AbsentExport>,
+}
+
+/// An export that never has a value with the modulations of its instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AbsentExport {
+    /// Its place in [`Schema::ports`].
+    pub port: usize,
+    /// Why, in the words of the type.
+    pub words: String,
 }
 
 /// What a port is bound to.

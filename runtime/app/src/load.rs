@@ -247,6 +247,7 @@ fn check_instance(
     // A refused value needs no inspection.
     let is_inspected = check_files && schema.inspects && report.count() == faults;
     wiring::imports(report, &instance, remotes, &mut bindings);
+    let mut absent = Vec::new();
     if is_inspected {
         let inspection = Inspection {
             number: found.number,
@@ -254,7 +255,7 @@ fn check_instance(
             bindings: &bindings,
             listed: &found.listed,
         };
-        inspect::report_problems(
+        absent = inspect::report_problems(
             report,
             input.catalogue,
             &plugins[found.plugin],
@@ -295,6 +296,7 @@ fn check_instance(
         bindings,
         listed: found.listed,
         line: report.line(section.span.start),
+        absent,
         schema,
     })
 }

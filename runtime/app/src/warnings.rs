@@ -1,6 +1,6 @@
 //! Warnings about settings that may be intended, so they are no faults: roots that compete in one group
 //! although they share no actuator, a period far from the type's, a C++ plugin that may throw, what is valid for too long or too
-//! short a time, values that do not agree, commands that no guard judges, and schemas that trigger each other.
+//! short a time, values that do not agree, imports that never have a value, commands that no guard judges, and schemas that trigger each other.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -34,6 +34,7 @@ impl Application {
             .chain(self.warn_of_validity())
             .chain(self.warn_of_disagreements())
             .chain(self.warn_of_sensors())
+            .chain(self.absent_imports())
             .chain(self.warn_of_unjudged())
             .chain(self.warn_of_trigger_loops())
             .chain(self.link.warnings())

@@ -313,6 +313,30 @@ fn check_refuses_a_width_in_centimetres_and_an_angle_in_degrees() {
 }
 
 #[test]
+fn check_warns_of_an_import_that_never_has_a_value() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = fs::read_to_string(root().join("programs/jde/templates/robot/robot.toml")).unwrap();
+    let (blind, _) = robot.split_once("[[lasers]]").unwrap();
+    let model = folder.path().join("blind.toml");
+    fs::write(&model, blind).unwrap();
+    let set = format!("pioneer.model={}", model.display());
+    let check = output_of(&mut jde_with_plugins(&[
+        "check",
+        &app("room.toml"),
+        "--set",
+        &set,
+    ]));
+    assert_eq!(check.status, Some(0), "{check:?}");
+    for part in [
+        "warning: `laser` of schema `goon` never has a value: `pioneer.laser` is never written",
+        "has no laser: its file has no [[lasers]]",
+        "room.toml:27",
+    ] {
+        assert!(check.err.contains(part), "`{part}` is not in: {}", check.err);
+    }
+}
+
+#[test]
 fn check_reports_a_missing_file_that_a_modulation_names() {
     let set = "pioneer.world=nowhere.toml";
     let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml"), "--set", set]));
