@@ -10,6 +10,9 @@ pub const LONGEST: Nanos = 86_400_000_000_000;
 /// The range, for messages.
 pub const RANGE: &str = "from 100 us to a day";
 
+/// How many times longer or shorter than the usual period a period probably has the wrong unit.
+const WRONG_UNIT_FACTOR: Nanos = 100;
+
 /// A period outside the range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("a period of {seconds} s is {}; give one {RANGE}", problem(*seconds))]
@@ -38,6 +41,12 @@ pub fn check(period: Nanos) -> Result<Nanos, OutOfRange> {
         let seconds = period as f64 / 1e9;
         Err(OutOfRange { seconds })
     }
+}
+
+/// Whether a period is so much longer than another that one of them probably has the wrong unit.
+#[must_use]
+pub fn is_far_longer(one: Nanos, other: Nanos) -> bool {
+    one / WRONG_UNIT_FACTOR >= other
 }
 
 /// The units in which a period may be typed, in ns.

@@ -7,11 +7,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use jde_core::{Nanos, SchemaId};
 
 use super::{Application, Binding, GroupConfig, InstanceConfig, InstancePort};
-use crate::period::format_setting;
+use crate::period::{format_setting, is_far_longer};
 use jde_document::quote_all;
 
-/// How many times longer or shorter than the type's period a period probably has the wrong unit.
-const WRONG_UNIT_FACTOR: Nanos = 100;
 /// How many times longer or shorter than the type's period the period that was meant may be.
 const MEANT_UNIT_FACTOR: Nanos = 10;
 /// The ratio of a unit of time to the next smaller one.
@@ -132,10 +130,9 @@ impl Application {
 /// Warns of a period that is far from the type's.
 fn warn_of_period(instance: &InstanceConfig) -> Option<String> {
     let (period, usual) = (instance.period_ns, instance.schema.period_ns);
-    let is_far = |one: Nanos, other: Nanos| one / WRONG_UNIT_FACTOR >= other;
-    let meant = if is_far(period, usual) {
+    let meant = if is_far_longer(period, usual) {
         period / NEXT_UNIT
-    } else if is_far(usual, period) {
+    } else if is_far_longer(usual, period) {
         period * NEXT_UNIT
     } else {
         return None;

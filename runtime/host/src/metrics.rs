@@ -176,13 +176,21 @@ impl InstanceMetrics {
     }
 
     /// Returns the mean time between cycles; `None` before the second cycle.
-    pub(crate) fn mean_period(&self) -> Option<Nanos> {
+    fn mean_cycle(&self) -> Option<Nanos> {
         Some(self.mean_cycle.load(Relaxed)).filter(|mean| *mean > 0)
+    }
+
+    /// Returns the mean time between cycles; `None` before the second cycle, and when the next one is late by more than
+    /// that mean, because the mean is no longer true.
+    pub(crate) fn mean_period(&self, now: Nanos) -> Option<Nanos> {
+        let last = self.last_cycle.load(Relaxed);
+        let since = last.checked_sub(1).map_or(0, |last| now.saturating_sub(last));
+        self.mean_cycle().filter(|mean| since / 2 <= *mean)
     }
 
     /// Returns the share of time spent in turns, periodic or not.
     pub(crate) fn load(&self) -> f64 {
-        match self.mean_period() {
+        match self.mean_cycle() {
             Some(cycle) => (self.mean_busy.load(Relaxed) as f64 / cycle as f64).min(1.0),
             None => 0.0,
         }
@@ -218,5 +226,17 @@ mod tests {
         assert_eq!(mean_after(1003), 1000);
         assert_eq!(mean_after(1004), 1001);
         assert_eq!(mean_after(0), 876);
+    }
+
+    #[test]
+    fn a_mean_period_is_unknown_while_a_cycle_is_late_by_more_than_it() {
+        let metrics = InstanceMetrics::default();
+        metrics.record_cycle(0, 10);
+        assert_eq!(metrics.mean_period(50), None);
+        metrics.record_cycle(100, 10);
+        assert_eq!(metrics.mean_period(300), Some(100));
+        assert_eq!(metrics.mean_period(302), None);
+        metrics.pause();
+        assert_eq!(metrics.mean_period(10_000), Some(100), "a pause is no cycle");
     }
 }

@@ -190,7 +190,7 @@ fn every_verb_checks_periods_against_the_same_range() {
         &["period", "talker", "8766h"][..],
         &["period", "talker", "99us"],
         &["set", "talker.period", "8766h"],
-        &["set", "talker.period=31557600"],
+        &["set", "talker.period=31557600s"],
         &["check", "pair", "--set", "talker.period=31557600s"],
     ] {
         let output = output_of(&mut sandbox.command(jde_with_plugins(args)));
@@ -200,7 +200,15 @@ fn every_verb_checks_periods_against_the_same_range() {
             "{args:?}: {output:?}"
         );
     }
-    sandbox.run_ok(&["set", "talker.period", "0.05"]);
+    let bare = sandbox.run(&["set", "talker.period", "0.05"]);
+    assert_eq!(bare.status, Some(2), "{bare:?}");
+    assert!(bare.err.contains("needs a unit"), "{bare:?}");
+    for verb in [&["set", "talker.period", "75s"][..], &["period", "talker", "75s"]] {
+        let far = sandbox.run(verb);
+        assert_eq!(far.status, Some(0), "{far:?}");
+        assert!(far.err.contains("check the unit"), "{far:?}");
+    }
+    sandbox.run_ok(&["set", "talker.period", "0.05s"]);
     assert_eq!(sandbox.json(&["get", "talker.period"])["value"], 0.05);
 }
 

@@ -42,7 +42,7 @@ impl Engine {
             health: rules.hierarchy.health(id).clone(),
             authority: rules.hierarchy.has_authority(id),
             period: meter.period.load(Relaxed),
-            measured: meter.mean_period(),
+            measured: meter.mean_period(self.clock.now()),
             longest: meter.longest_iteration.load(Relaxed),
             slow_turns: meter.slow_turns.load(Relaxed),
             slowest_turn: meter.slowest_turn.load(Relaxed),

@@ -61,7 +61,7 @@ pub struct SchemaView {
     pub authority: bool,
     /// Its configured period, ns.
     pub period: Nanos,
-    /// Mean time between its last cycles, ns; `None` before the second cycle.
+    /// Mean time between its last cycles, ns; `None` before the second cycle, and while one is late by more than it.
     pub measured: Option<Nanos>,
     /// Longest iteration so far, ns.
     pub longest: Nanos,

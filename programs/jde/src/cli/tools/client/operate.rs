@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_app::period::{from_seconds, is_far_longer};
 use jde_core::Nanos;
 use jde_link::message::{Action, Request};
 use jde_link::{Hold, Remote};
@@ -171,6 +172,7 @@ pub(super) fn perform_action(
     lasting: &DurationArg,
     messages: &ActionMessages,
 ) -> Result<(), Failure> {
+    warn_of_period(remote, &action)?;
     let request = request(action);
     let mut out = terminal::out();
     let Some(time) = lasting.time.map(Duration::from_nanos) else {
@@ -209,6 +211,29 @@ pub(super) fn perform_action(
     }
     drop(hold);
     writeln!(out, "{}", messages.ended)?;
+    Ok(())
+}
+
+/// Warns of a period that is so far from the one at the start that its unit is probably wrong.
+fn warn_of_period(remote: &Remote, action: &Action) -> Result<(), Failure> {
+    let Action::Period { schema, period_s } = action else {
+        return Ok(());
+    };
+    let schemas = remote.schemas()?.schemas;
+    let Some(info) = schemas.iter().find(|info| info.name == *schema) else {
+        return Ok(());
+    };
+    let (Ok(period), Ok(usual)) = (from_seconds(*period_s), from_seconds(info.period_s)) else {
+        return Ok(());
+    };
+    if is_far_longer(period, usual) || is_far_longer(usual, period) {
+        writeln!(
+            terminal::err(),
+            "{WARN}warning{WARN:#}: the period of `{schema}` becomes {}, and was {} at the start; check the unit",
+            top::text::format_setting(period),
+            top::text::format_setting(usual)
+        )?;
+    }
     Ok(())
 }
 

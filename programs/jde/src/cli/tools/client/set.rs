@@ -59,17 +59,13 @@ impl Set {
             }
         };
         let (remote, name) = context.resolve(&self.target, name)?;
+        let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
+        let action = read_action(&remote, name, value, &folder)?;
         let messages = ActionMessages {
             done: format!("{name} is now {value}"),
             ended: format!("{name} is released"),
         };
-        let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
-        perform_action(
-            &remote,
-            read_action(&remote, name, value, &folder)?,
-            &self.lasting,
-            &messages,
-        )
+        perform_action(&remote, action, &self.lasting, &messages)
     }
 }
 
@@ -110,9 +106,7 @@ pub(crate) fn read_action(
     }
     let schema = info.owner.clone();
     if info.variable == "period" {
-        // As in an application's file, a number without a unit is in seconds.
-        let with_unit = value.parse::<f64>().map(|_| format!("{value}s"));
-        let period = top::text::period(with_unit.as_deref().unwrap_or(value))
+        let period = top::text::period(value)
             .map_err(|error| Failure::usage(error, format!("a period is a time {RANGE}, or a frequency")))?;
         return Ok(Action::Period {
             schema,
