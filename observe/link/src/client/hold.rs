@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
@@ -33,6 +33,7 @@ impl Hold {
             action,
             lease_ms,
         };
+        let mut renewed = Instant::now();
         let losses = remote.operate_reporting(&leased(request.action.clone(), Some(lease_ms)))?;
         let renew = leased(
             Action::Renew {
@@ -47,8 +48,13 @@ impl Hold {
         let renew_until_ended = move || {
             // Two renewals may fail before the lease expires.
             while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(lease / 3) {
+                let sent = Instant::now();
                 match remote.operate(&renew) {
-                    Ok(()) => {}
+                    Ok(()) => renewed = sent,
+                    Err(Error::Refused { .. }) if renewed.elapsed() > lease => {
+                        *reason.lock() = Some(late_renewal(renewed.elapsed(), lease));
+                        break;
+                    }
                     Err(error @ (Error::Refused { .. } | Error::Disconnected(_))) => {
                         *reason.lock() = Some(error.to_string());
                         break;
@@ -85,6 +91,17 @@ impl Hold {
     }
 }
 
+/// Describes a lease that expired before its renewal arrived.
+fn late_renewal(since: Duration, lease: Duration) -> String {
+    format!(
+        "its renewals came too late: the last one that arrived was sent {:.1} s ago, and the lease allows {:.1} s; this \
+         machine or the network is too busy, so free it and repeat the command, or act without a time, which needs no \
+         renewal",
+        since.as_secs_f64(),
+        lease.as_secs_f64()
+    )
+}
+
 /// Ends the hold and waits for the application's confirmation.
 impl Drop for Hold {
     fn drop(&mut self) {
@@ -92,5 +109,17 @@ impl Drop for Hold {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn r14_a_late_renewal_is_described_with_its_delay_and_its_lease() {
+        let text = late_renewal(Duration::from_millis(2600), Duration::from_secs(1));
+        let expected = ["sent 2.6 s ago", "allows 1.0 s"];
+        assert!(expected.iter().all(|part| text.contains(part)), "{text}");
     }
 }

@@ -47,7 +47,7 @@ impl Leases {
         let known = self.leases.contains_key(&key(request));
         match request.action {
             Action::Renew { .. } if !known => Err(Refusal::new(format!(
-                "`{}` no longer has a lease on `{}`",
+                "`{}` no longer has a lease on `{}`: it expired, or somebody released the schema",
                 request.by,
                 request.action.schema()
             ))),
