@@ -303,3 +303,25 @@ fn r14_a_recording_by_another_process_starts_when_a_condition_becomes_true() {
         "{topics:?}"
     );
 }
+
+#[test]
+fn record_fails_when_its_application_is_killed() {
+    let sandbox = Sandbox::new();
+    let robot = sandbox.start(&pair(), &[]);
+    let mut record = sandbox
+        .command(jde(&["record"]))
+        .arg(sandbox.folder().join("drive.mcap"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the executable starts");
+    let mut messages = BufReader::new(record.stderr.take().unwrap());
+    let mut line = String::new();
+    messages.read_line(&mut line).unwrap();
+    assert!(line.contains("recording"), "{line}");
+    robot.signal("KILL");
+    let mut errors = String::new();
+    messages.read_to_string(&mut errors).unwrap();
+    assert_eq!(record.wait().unwrap().code(), Some(1), "{errors}");
+    assert!(errors.contains("`pair` is gone"), "{errors}");
+}

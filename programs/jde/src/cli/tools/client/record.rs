@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
@@ -17,7 +18,7 @@ use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
 use jde_log::Selection;
 use jde_recorder::{Origin, Recorder, RecorderOptions, Stamps, Topic};
-use jde_records::event::StateChange;
+use jde_records::event::{StateChange, What};
 use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
 use jde_session::summary;
@@ -128,9 +129,14 @@ impl Record {
             }
         }
         let recorder_of_events = Arc::clone(&recorder);
+        let has_ended = Arc::new(AtomicBool::new(false));
+        let ended = Arc::clone(&has_ended);
         // The application's clock starts with the application, but the recording starts now.
         let beginning = remote.hierarchy()?.time;
         subscriptions.push(remote.events(&RecordKind::ALL, MAX_EARLIER, move |event| {
+            if matches!(event.record.what(), Some(What::Ended { .. })) {
+                ended.store(true, Ordering::Relaxed);
+            }
             if event.record.time() < beginning {
                 recorder_of_events.push_earlier_record(event.record, beginning);
             } else {
@@ -151,7 +157,11 @@ impl Record {
             writeln!(out, "  {topic}: {lost} lost")?;
         }
         out.flush()?;
-        Ok(recorded.check_complete()?)
+        recorded.check_complete()?;
+        if remote.is_alive() || has_ended.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        Err(jde_link::Error::Disconnected(remote.about().name.clone()).into())
     }
 }
 
