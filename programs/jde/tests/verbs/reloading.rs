@@ -127,6 +127,9 @@ fn reload_replaces_the_code_of_a_running_schema() {
     let misspelled = sandbox.run(&["reload", "vfff"]);
     assert_eq!(misspelled.status, Some(2), "{misspelled:?}");
     assert!(misspelled.err.contains("`vff`"), "{misspelled:?}");
+    let unknown = sandbox.run(&["reload", "zzzzzz"]);
+    assert_eq!(unknown.status, Some(2), "{unknown:?}");
+    assert!(unknown.err.contains("there are: "), "{unknown:?}");
 }
 
 #[test]
