@@ -61,7 +61,7 @@ pub enum Refused {
     },
     /// Only a motor schema competes, so only a motor schema can be forced.
     NotMotor {
-        /// The perceptive schema.
+        /// The schema, which is perceptive or a driver.
         schema: String,
     },
 }
@@ -113,7 +113,7 @@ impl fmt::Display for Refused {
             Self::NotMotor { schema } => {
                 write!(
                     f,
-                    "`{schema}` is perceptive and competes with nobody: play or stop it instead"
+                    "`{schema}` competes with nobody: only a motor schema can be forced; play or stop it instead"
                 )
             }
         }
