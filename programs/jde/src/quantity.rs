@@ -44,6 +44,11 @@ pub(crate) fn time_offset(text: &str) -> Result<Nanos, String> {
     }
 }
 
+/// Whether a text has the form of a time, which may be out of range.
+pub(crate) fn is_time(text: &str) -> bool {
+    with_unit(text, &UNITS).is_some()
+}
+
 /// Parses a rate in 1/s: "5", "5Hz" or "0.5".
 pub(crate) fn rate(text: &str) -> Result<f64, String> {
     let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();

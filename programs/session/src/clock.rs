@@ -9,7 +9,7 @@ pub struct Time {
     #[arg(long)]
     pub lockstep: bool,
     /// The seed of all randomness, instead of the application's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Run this many times as fast as real time.
     #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x", conflicts_with = "lockstep")]

@@ -2,6 +2,7 @@
 //!
 //! A verb parses its options and calls the module that does the work. This module does no other work.
 
+mod advice;
 mod demo;
 pub(crate) mod tools;
 mod verbs;
@@ -64,7 +65,10 @@ pub(crate) fn main() -> ExitCode {
         .and_then(|matches| Cli::from_arg_matches(&matches))
     {
         Ok(cli) => cli,
-        Err(error) => return report_usage_error(&error),
+        Err(mut error) => {
+            advice::advise(&mut error);
+            return report_usage_error(&error);
+        }
     };
     terminal::set_color(common.color);
     let result = match verb {

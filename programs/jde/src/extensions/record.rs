@@ -60,10 +60,12 @@ pub(crate) struct TriggerWindow {
     #[arg(long, value_name = "CONDITION", requires = "file")]
     pub(crate) when: Vec<String>,
     /// The time to keep before the condition.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s", requires = "when")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time,
+          default_value = "60s", requires = "when")]
     pub(crate) before: Nanos,
     /// The time to record after a condition last became true.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "10s", requires = "when")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time,
+          default_value = "10s", requires = "when")]
     pub(crate) after: Nanos,
     /// The most memory for the time before the condition. When it is full, the oldest data is dropped.
     #[arg(long, value_name = "SIZE", value_parser = quantity::size, default_value = "256MB", requires = "when")]

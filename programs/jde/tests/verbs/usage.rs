@@ -155,6 +155,31 @@ fn usage_errors_have_exit_status_2_and_a_message() {
 }
 
 #[test]
+fn usage_errors_advise_what_works() {
+    for (args, advice) in [
+        (&["watch", "goon.fast", "--in", "x.mcap"][..], "jde replay FILE"),
+        (&["top", "--in", "x.mcap"], "jde replay FILE"),
+        (&["version"], "jde --version"),
+        (&["run", "x.toml", "--for", "-5s"], "`-5s` must be 0 or more"),
+        (&["replay", "x.mcap", "--from", "-5s"], "`-5s` must be 0 or more"),
+        (&["run", "x.toml", "--seed", "-1"], "'-1' for '--seed <N>'"),
+        (
+            &["get", "pioneer.odometry", "--at", "30s"],
+            "a time needs --in FILE",
+        ),
+        (&["why", "--at", "30s", "--in", "x.mcap"], "jde why at 12.4s"),
+    ] {
+        let wrong = output_of(&mut jde(args));
+        assert_eq!(wrong.status, Some(2), "{args:?}: {}", wrong.err);
+        assert!(
+            wrong.err.contains(advice) && !wrong.err.contains("as a value"),
+            "{args:?}: {}",
+            wrong.err
+        );
+    }
+}
+
+#[test]
 fn completions_exist_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = output_of(&mut jde(&["completions", shell]));

@@ -39,7 +39,8 @@ pub(crate) struct Mcp {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), default_value = "1")]
     jobs: u16,
     /// The longest time of a test or an experiment.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "10min")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time,
+          default_value = "10min")]
     limit: Nanos,
 }
 

@@ -63,10 +63,11 @@ pub(crate) struct Replay {
     #[arg(long, value_name = "[TYPE=]NUMBER", requires = "decide")]
     tolerance: Vec<ToleranceEntry>,
     /// Start at this time of the drive; with --decide, compare from there on.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time_offset)]
     from: Option<Nanos>,
     /// Stop at this time of the drive.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset, requires = "decide")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time_offset,
+          requires = "decide")]
     to: Option<Nanos>,
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long, requires = "decide")]

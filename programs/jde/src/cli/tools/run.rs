@@ -48,7 +48,7 @@ pub(crate) struct Run {
     #[command(flatten)]
     time: Time,
     /// End when the application has run this long.
-    #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     limit: Option<Nanos>,
     /// Set another initial value of a modulation, or another type of a schema (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]

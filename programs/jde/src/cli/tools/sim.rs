@@ -53,13 +53,13 @@ pub(crate) struct Sim {
     #[arg(long, value_name = "ROBOT=MODEL")]
     model: Vec<String>,
     /// The seed of all noise.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
     /// Run this many times as fast as real time.
     #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x")]
     speed: f64,
     /// End after this time of the machine.
-    #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     limit: Option<Nanos>,
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]

@@ -30,7 +30,7 @@ pub(crate) struct View {
     #[arg(value_name = "NAME|FILE", value_hint = ValueHint::AnyPath)]
     source: Option<OsString>,
     /// Show the recording at this time of the drive, and pause it there.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time_offset)]
     from: Option<Nanos>,
     #[command(flatten)]
     target: Target,

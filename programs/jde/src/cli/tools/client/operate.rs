@@ -42,7 +42,7 @@ pub(super) struct SchemaArg {
 pub(super) struct DurationArg {
     /// End the action after this time, at Ctrl-C, or one second after this program ends or the network fails.
     /// Without it, the action stays until it is released.
-    #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(super) time: Option<Nanos>,
 }
 

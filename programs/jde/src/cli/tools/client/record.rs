@@ -65,7 +65,7 @@ pub(crate) struct Record {
     #[command(flatten)]
     target: Target,
     /// End after this time.
-    #[arg(long = "for", value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     time: Option<Nanos>,
     /// Overwrite an existing recording.
     #[arg(long)]

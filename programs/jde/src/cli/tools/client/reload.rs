@@ -42,7 +42,8 @@ pub(crate) struct Reload {
     #[command(flatten)]
     target: Target,
     /// How long the previous build is kept in case the new one fails; 0s keeps none.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset, default_value = "3s")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time_offset,
+          default_value = "3s")]
     probation: Nanos,
     /// Start without the memory of the previous build.
     #[arg(long)]

@@ -12,6 +12,7 @@ use serde::Deserialize;
 
 use crate::complete;
 use crate::failure::Failure;
+use crate::quantity;
 
 /// The application, and where it runs.
 #[derive(Args, Clone, Debug, Default)]
@@ -21,7 +22,13 @@ pub(crate) struct Target {
     pub(crate) app: Option<String>,
     /// Look for it at this endpoint instead of on this machine, such as tcp/robot2:7447 or tls/robot2:7447
     /// (repeatable).
-    #[arg(long, env = "JDE_AT", value_name = "ENDPOINT", value_delimiter = ',')]
+    #[arg(
+        long,
+        env = "JDE_AT",
+        value_name = "ENDPOINT",
+        allow_hyphen_values = true,
+        value_delimiter = ','
+    )]
     pub(crate) at: Vec<String>,
     /// The credentials: a file with user and password-file, or tls, as in an application that opens its link.
     #[arg(long, env = "JDE_KEY", value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -204,6 +211,12 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
         }
         return Ok(Reach::Local(Folders::of_user()));
     }
+    if let Some(time) = at.iter().find(|endpoint| quantity::is_time(endpoint)) {
+        return Err(Failure::usage(
+            format!("`{time}` is a time, and --at without --in is the endpoint of an application"),
+            "a time needs --in FILE, which get, ps, vars and events have: jde ps --in drive.mcap --at 12.4s",
+        ));
+    }
     let (login, tls) = key.map_or(Ok((None, None)), read_key)?;
     Ok(Reach::Network {
         endpoints: at.iter().map(|endpoint| normalize_endpoint(endpoint)).collect(),
@@ -261,6 +274,7 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::failure::RunFailure;
 
     #[test]
     fn short_forms_of_endpoints_are_completed() {
@@ -268,6 +282,21 @@ mod tests {
         assert_eq!(normalize_endpoint("tcp:robot2:7447"), "tcp/robot2:7447");
         assert_eq!(normalize_endpoint("robot2:7448"), "tcp/robot2:7448");
         assert_eq!(normalize_endpoint("robot2"), "tcp/robot2:7447");
+    }
+
+    #[test]
+    fn a_time_without_a_recording_is_no_endpoint() {
+        for time in ["30s", "12.4", "-5s"] {
+            let Err(Failure::Run(RunFailure::Usage { message, help })) = reach(&[time.to_owned()], None)
+            else {
+                panic!("{time} is refused");
+            };
+            assert!(
+                message.contains("is a time") && help.contains("--in"),
+                "{message}"
+            );
+        }
+        assert!(reach(&["robot2:7447".to_owned()], None).is_ok());
     }
 
     #[test]

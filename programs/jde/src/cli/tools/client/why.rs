@@ -88,6 +88,12 @@ impl Why {
         let (named, words) = split_one_application(&self.question)?;
         let selections = match &self.recording {
             Some(file) => {
+                if self.target.has_typed_endpoint() {
+                    return Err(Failure::usage(
+                        "--at names no time here: the time of a question is a part of it",
+                        "write jde why at 12.4s --in FILE",
+                    ));
+                }
                 let selections = Selections::of_recording(file)?;
                 for note in &selections.notes {
                     writeln!(terminal::err(), "{}: {note}", display_path(file))?;

@@ -75,7 +75,8 @@ pub(crate) struct ExperimentVerb {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// The longest time of the machine that a drive may take; a longer one counts as `hung`.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time,
+          default_value = "60s")]
     limit: Nanos,
     /// The most memory of a process; a drive that needs more counts as `crashed`.
     #[arg(long, value_name = "SIZE", value_parser = quantity::size, default_value = "2GB")]
@@ -87,7 +88,7 @@ pub(crate) struct ExperimentVerb {
     #[arg(long, value_name = "N")]
     drive: Option<usize>,
     /// The seed of the drive, in place of its own.
-    #[arg(long, value_name = "N", requires = "drive")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, requires = "drive")]
     seed: Option<u64>,
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]

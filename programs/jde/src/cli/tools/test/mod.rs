@@ -57,7 +57,8 @@ pub(crate) struct Test {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// The longest time of the machine that a test may take.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time,
+          default_value = "60s")]
     limit: Nanos,
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
