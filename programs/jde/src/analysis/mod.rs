@@ -20,10 +20,10 @@ pub(crate) use series::{names, series};
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct TimeRange {
     /// Start at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time_offset)]
     from: Option<Nanos>,
     /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time_offset)]
     to: Option<Nanos>,
 }
 
