@@ -434,6 +434,8 @@ fn a_new_application_passes_its_tests_and_a_failure_explains_itself() {
     ] {
         assert!(failed.out.contains(part), "{part}: {}", failed.out);
     }
+    let none = test(&["--filter", "zzz"]);
+    assert_eq!((none.status, none.err.contains("there are: ")), (Some(2), true));
     let none = output_of(jde_with_plugins(&["test"]).current_dir(&folder));
     assert_eq!(none.status, Some(2), "{}", none.err);
     assert!(none.err.contains("there is no test in tests"), "{}", none.err);

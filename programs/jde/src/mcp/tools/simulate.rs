@@ -100,7 +100,7 @@ pub(super) fn test(call: &Call<'_>, arguments: Tests) -> Result<Answer, Failure>
         .folder
         .check_all(files.iter().map(PathBuf::as_path))?;
     let tests = test::read_tests(&files, None)?;
-    let tasks = test::tasks(&tests, arguments.filter.as_deref(), None);
+    let tasks = test::tasks(&tests, arguments.filter.as_deref(), None)?;
     let mut listed = Vec::new();
     let (stop, options) = (AtomicBool::new(false), |stop| options(call, stop));
     test::run_tasks(&tests, &tasks, &options(&stop), |task, result| {

@@ -30,7 +30,7 @@ use report::Report;
 ///
 /// A test drives the application in virtual time and judges what must hold; its `name` is a sentence. A test
 /// that fails prints why, the selections that led to it, and the command that shows it. The exit status is 0
-/// if every test passed, 1 if one failed, 2 if a file has faults.
+/// if every test passed, 1 if one failed, 2 if a file has faults or there is no such test.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde test                                  all of the folder tests
@@ -105,7 +105,7 @@ impl Test {
 
     fn run_tests(&self, tests: &[TestFile], stop: &AtomicBool) -> Result<(), Failure> {
         let seed = self.shuffle.map(|seed| seed.unwrap_or_else(seed_of_the_clock));
-        let tasks = tasks(tests, self.filter.as_deref(), seed);
+        let tasks = tasks(tests, self.filter.as_deref(), seed)?;
         let options = PoolOptions {
             jobs: self.jobs.map_or_else(processors, usize::from),
             limit: Duration::from_nanos(self.limit),
@@ -160,11 +160,28 @@ pub(crate) fn read_tests(files: &[PathBuf], application: Option<&Path>) -> Resul
 }
 
 /// Returns the drives of the tests whose name or file contains the text. With a seed, each has another one.
-pub(crate) fn tasks(tests: &[TestFile], filter: Option<&str>, seed: Option<u64>) -> Vec<Task> {
+///
+/// # Errors
+/// No test contains the text.
+pub(crate) fn tasks(
+    tests: &[TestFile],
+    filter: Option<&str>,
+    seed: Option<u64>,
+) -> Result<Vec<Task>, Failure> {
     let is_wanted = |test: &TestFile| {
         let text = format!("{} {}", test.experiment.name, test.experiment.file.display());
         filter.is_none_or(|filter| text.contains(filter))
     };
+    if let Some(filter) = filter
+        && !tests.iter().any(is_wanted)
+    {
+        let names = tests.iter().map(|test| test.experiment.name.as_str());
+        return Err(Failure::unknown(
+            "test whose name or file contains",
+            filter,
+            names,
+        ));
+    }
     let wanted = tests.iter().enumerate().filter(|(_, test)| is_wanted(test));
     let drives =
         wanted.flat_map(|(place, test)| (0..test.experiment.drives()).map(move |drive| (place, drive)));
@@ -173,7 +190,7 @@ pub(crate) fn tasks(tests: &[TestFile], filter: Option<&str>, seed: Option<u64>)
         drive,
         seed: seed.map(|seed| seed.wrapping_add(number as u64)),
     });
-    numbered.collect()
+    Ok(numbered.collect())
 }
 
 /// Runs drives of tests, and calls `on_result` with each result.
