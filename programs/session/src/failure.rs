@@ -152,12 +152,15 @@ impl Failure {
                 skipped_folders: skipped,
                 ..
             } => {
-                let advice = if *missing { MISSING_PLUGIN_HELP } else { "" };
+                let advice = match missing {
+                    true => format!("\n{MISSING_PLUGIN_HELP}"),
+                    false => String::new(),
+                };
                 let more = match skipped.as_slice() {
                     [_, ..] if *missing => describe_skipped_folders(skipped) + "\n",
                     _ => String::new(),
                 };
-                render_faults(faults, Severity::Error) + advice + &more
+                render_faults(faults, Severity::Error) + &advice + &more
             }
             Self::Usage { message, help } => render_error(message, Some(help)),
             Self::Plugin(PluginError::Missing { name, folders }) => render_error(
@@ -241,11 +244,13 @@ fn render_faults(faults: &Faults, label: Severity) -> String {
     let mut text = String::new();
     let list = faults.list();
     for fault in list.iter().take(MAX_SHOWN) {
+        if !text.is_empty() {
+            text.push('\n');
+        }
         text += &render_fault(fault, label);
-        text.push('\n');
     }
     if let more @ 1.. = faults.count().saturating_sub(MAX_SHOWN) {
-        let _ = writeln!(text, "and {more} more");
+        let _ = writeln!(text, "\nand {more} more");
     }
     text
 }
@@ -310,5 +315,9 @@ pub fn display_path(path: &Path) -> String {
     let relative = std::env::current_dir()
         .ok()
         .and_then(|folder| Some(path.strip_prefix(folder).ok()?.display().to_string()));
-    relative.unwrap_or_else(|| path.display().to_string())
+    match relative {
+        Some(itself) if itself.is_empty() => ".".to_owned(),
+        Some(below) => below,
+        None => path.display().to_string(),
+    }
 }

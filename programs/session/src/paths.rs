@@ -53,6 +53,7 @@ fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
     if given.is_file() {
         return Ok(given.to_owned());
     }
+    let homes = [PathBuf::new(), data()];
     if !is_a_name {
         let shipped = data().join(given);
         return match given.file_stem() {
@@ -63,26 +64,48 @@ fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
                     name.display()
                 ),
             )),
-            _ => Ok(given.to_owned()),
+            // A misspelt path gets the nearest file of its folder where it is read.
+            _ if given.exists() || text.contains('/') || has_similar(given) => Ok(given.to_owned()),
+            _ => Err(unknown(
+                format!("{text}: there is no such file"),
+                &given.file_stem().unwrap_or_default().to_string_lossy(),
+                &list_names(&homes, folder),
+            )),
         };
     }
-    let homes = [PathBuf::new(), data()];
     let found = homes
         .iter()
         .map(|home| home.join(format!("{folder}/{text}.toml")))
         .find(|file| file.is_file());
-    found.ok_or_else(|| {
-        let names = list_names(&homes, folder);
-        let help = match jde_nearest::nearest(&text, names.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if names.is_empty() => "give the path of its file".to_owned(),
-            None => {
-                let names = list(names.iter().map(String::as_str));
-                format!("give the path of its file, or one of: {names}")
-            }
-        };
-        Failure::usage(format!("there is no {what} `{text}`"), help)
+    // Whoever reads what else is there says what it is.
+    let other = || given.exists().then(|| given.to_owned());
+    found.or_else(other).ok_or_else(|| {
+        unknown(
+            format!("there is no {what} `{text}`"),
+            &text,
+            &list_names(&homes, folder),
+        )
     })
+}
+
+/// Whether the working directory has a file of a similar name, of the same kind.
+fn has_similar(given: &Path) -> bool {
+    let names = list_names(&[PathBuf::new()], ".");
+    let name = given.file_stem().unwrap_or_default().to_string_lossy();
+    jde_nearest::nearest(&name, names.iter().map(String::as_str)).is_some()
+}
+
+/// Returns wrong use because of an unknown name, with the nearest of the known names, or all of them.
+fn unknown(message: String, name: &str, names: &[String]) -> Failure {
+    let help = match jde_nearest::nearest(name, names.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if names.is_empty() => "give the path of its file".to_owned(),
+        None => {
+            let names = list(names.iter().map(String::as_str));
+            format!("give the path of its file, or one of: {names}")
+        }
+    };
+    Failure::usage(message, help)
 }
 
 /// The names of all files in a folder of the homes.

@@ -99,6 +99,19 @@ fn check_reports_a_missing_application_and_suggests_the_nearest() {
         "{}",
         check.err
     );
+    let folder = tempfile::tempdir().unwrap();
+    for (given, said) in [
+        (".", "this is a folder"),
+        ("nope.toml", "nope.toml: there is no such file"),
+        ("odd", "this is a folder"),
+    ] {
+        std::fs::create_dir_all(folder.path().join("odd")).unwrap();
+        let check = output_of(jde(&["check", given]).current_dir(&folder));
+        assert_eq!(check.status, Some(2), "{given}: {}", check.err);
+        let err = &check.err;
+        assert!(err.contains(said) && err.contains("help: "), "{given}: {err}");
+        assert!(!err.contains(": :") && !err.ends_with("\n\n"), "{given}: {err}");
+    }
     let check = output_of(&mut jde(&["check", "no/such.toml"]));
     assert_eq!(check.status, Some(2));
     assert!(
