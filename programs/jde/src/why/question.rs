@@ -2,6 +2,8 @@
 //!
 //! Names are those of the application. Filler words are skipped, and any other word is refused.
 
+use jde_nearest::nearest;
+
 use crate::failure::Failure;
 
 /// A question about a selection.
@@ -23,17 +25,18 @@ pub(crate) struct Question {
 pub(crate) const NOBODY: &str = "nobody";
 
 /// Words without a meaning in a question.
-const FILLERS: [&str; 26] = [
+const FILLERS: [&str; 30] = [
     "why", "did", "does", "do", "is", "was", "has", "had", "take", "takes", "took", "taken", "over", "win",
-    "wins", "won", "winner", "chosen", "the", "a", "at", "time", "control", "in", "group", "act",
+    "wins", "won", "winner", "chosen", "the", "a", "at", "time", "control", "in", "group", "act", "who",
+    "drove", "drives", "driving",
 ];
 
 /// The words before the name of the loser.
 const LOSER_PREPOSITIONS: [&str; 5] = ["from", "instead", "of", "after", "before"];
 
 /// Examples of questions, for error messages.
-const EXAMPLES: &str =
-    "examples: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon, jde why nobody";
+const EXAMPLES: &str = "examples: jde why vff, jde why not goon, jde why nobody, jde why who drove at 5s, \
+     jde why did vff take over from goon at 12.4s";
 
 impl Question {
     /// Reads the words of a question, given the names of schemas and groups.
@@ -59,6 +62,10 @@ impl Question {
                 number = plain.parse().ok();
             } else if !FILLERS.contains(&plain.as_str()) && !word.is_empty() {
                 let names = schemas.iter().chain(groups).map(String::as_str);
+                if nearest(word, names.clone()).is_none() {
+                    let message = format!("there is no schema or group `{word}`");
+                    return Err(Failure::usage(message, EXAMPLES));
+                }
                 return Err(Failure::unknown("schema or group", word, names));
             }
         }
@@ -146,6 +153,8 @@ mod tests {
         assert_eq!(parse("vff instead of goon at 12400 ms"), Ok(expected));
         assert_eq!(parse("goon"), Ok(of(Some("goon"), None, None)));
         assert_eq!(parse("at 2 min"), Ok(of(None, None, Some(120.0))));
+        assert_eq!(parse("who drove at 5s"), Ok(of(None, None, Some(5.0))));
+        assert_eq!(parse("who drives"), Ok(of(None, None, None)));
         assert_eq!(parse("from goon"), Ok(of(None, Some("goon"), None)));
         assert_eq!(parse("why did nobody win"), Ok(of(Some("nobody"), None, None)));
     }
@@ -165,6 +174,11 @@ mod tests {
     fn unknown_names_are_refused_with_the_nearest() {
         let error = parse("did vf take over").unwrap_err();
         assert_eq!(error, "there is no schema or group `vf`; did you mean `vff`?");
+        let error = parse("did it stand").unwrap_err();
+        assert!(
+            error.starts_with("there is no schema or group `it`; examples: jde why "),
+            "{error}"
+        );
         assert!(parse("-3s").is_err());
         assert!(parse("vff goon stop").unwrap_err().contains("same position"));
     }
