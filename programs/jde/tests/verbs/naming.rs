@@ -212,6 +212,16 @@ fn every_verb_checks_periods_against_the_same_range() {
     assert_eq!(sandbox.json(&["get", "talker.period"])["value"], 0.05);
 }
 
+#[test]
+fn an_unknown_schema_gets_the_names_of_those_that_exist() {
+    let sandbox = Sandbox::new();
+    let _robot = sandbox.start(&pair(), &[]);
+    for verb in ["stop", "play", "release", "reload"] {
+        let output = refused(&sandbox, &[verb, "nobody"]);
+        assert!(output.err.contains("there are: "), "{verb}: {output:?}");
+    }
+}
+
 /// Returns the JSON of `jde info`.
 fn info(file: &str) -> Value {
     let info = output_of(&mut jde(&["info", file, "--json"]));

@@ -9,8 +9,8 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_app::period::{from_seconds, is_far_longer};
 use jde_core::Nanos;
-use jde_link::message::{Action, Request};
-use jde_link::{Hold, Remote};
+use jde_link::message::{Action, Request, SchemaInfo};
+use jde_link::{Error, Hold, Remote};
 use jde_session::top;
 use jde_terminal::interrupt::SignalListener;
 use jde_terminal::{self as terminal, FAINT, GOOD, WARN};
@@ -161,8 +161,23 @@ impl SchemaArg {
             done: format!("{schema} {done}"),
             ended: format!("{schema} is released from this hold"),
         };
-        perform_action(&remote, action(schema.to_owned()), lasting, &messages)
+        let done = perform_action(&remote, action(schema.to_owned()), lasting, &messages);
+        if let Err(Failure::Link(Error::Refused { nearest: None, .. })) = &done {
+            check_known(&remote, "schema", schema)?;
+        }
+        done
     }
+}
+
+/// Refuses a name that is neither of a schema nor of a plugin, and names those that exist.
+pub(super) fn check_known(remote: &Remote, what: &str, name: &str) -> Result<(), Failure> {
+    let schemas = remote.schemas()?.schemas;
+    let of_plugin = |info: &SchemaInfo| info.type_name.split('/').next() == Some(name);
+    if schemas.iter().any(|info| info.name == name || of_plugin(info)) {
+        return Ok(());
+    }
+    let names = schemas.iter().map(|info| info.name.as_str());
+    Err(Failure::unknown(what, name, names))
 }
 
 /// Performs an action. With a duration, holds it and returns at its end.

@@ -1,19 +1,18 @@
 //! `jde reload`: makes new builds take over in a running application.
 
-use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
-use jde_link::Remote;
 use jde_link::message::Action;
 use jde_records::reload::{ReloadOutcome, ReloadReport};
 use jde_session::cli::print_value;
 use jde_terminal::{BAD, GOOD, WARN};
 
 use super::apps::format_span;
+use super::operate::check_known;
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::{Failure, display_path};
@@ -65,7 +64,7 @@ impl Reload {
         let reloaded = match remote.reload(&request) {
             Ok(reloaded) => reloaded,
             Err(jde_link::Error::Refused { text, nearest: None }) => {
-                check_known(&remote, name)?;
+                check_known(&remote, "schema or plugin", name)?;
                 return Err(Failure::NotReloaded(text));
             }
             Err(error) => return Err(error.into()),
@@ -86,20 +85,6 @@ impl Reload {
             )))
         }
     }
-}
-
-/// Refuses a name that is neither of a schema nor of a plugin.
-fn check_known(remote: &Remote, name: &str) -> Result<(), Failure> {
-    let schemas = remote.schemas()?.schemas;
-    let plugins = schemas
-        .iter()
-        .filter_map(|schema| schema.type_name.split_once('/'));
-    let names = schemas.iter().map(|schema| schema.name.as_str());
-    let names: BTreeSet<&str> = names.chain(plugins.map(|(plugin, _)| plugin)).collect();
-    if names.contains(name) {
-        return Ok(());
-    }
-    Err(Failure::unknown("schema or plugin", name, names.iter().copied()))
 }
 
 /// Prints one line for the plugin, and a line for each schema that needs attention.
