@@ -133,6 +133,11 @@ impl Failure {
                 return RunFailure::usage(error.to_string(), command_for(names)).report();
             }
             Self::Link(error) => link_status(error),
+            Self::Recording(ReadError::File { path, error }) if error.kind() == io::ErrorKind::NotFound => {
+                let message = format!("{}: there is no such file", display_path(path));
+                let help = "give the path of a recording; `jde record` and `jde run --record` write one";
+                return RunFailure::usage(message, help).report();
+            }
             Self::Recording(_) => 2,
         };
         print_error(&escape(&self.to_string()));

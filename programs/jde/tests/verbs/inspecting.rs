@@ -184,6 +184,9 @@ fn describe_refuses_a_type_that_the_plugin_does_not_have() {
 
 #[test]
 fn describe_shows_ports_with_their_types_and_limits() {
+    let misspelt = output_of(&mut jde_with_plugins(&["describe", "stopp"]));
+    assert_eq!(misspelt.status, Some(2), "{}", misspelt.err);
+    assert!(misspelt.err.contains("did you mean `stop`?"), "{}", misspelt.err);
     let describe = output_of(&mut jde_with_plugins(&["describe", "stop"]));
     assert_eq!(describe.status, Some(0), "{}", describe.err);
     for part in [

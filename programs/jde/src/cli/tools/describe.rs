@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use jde_loader::SearchPath;
+use jde_loader::{PluginError, Plugins, SearchPath};
 use jde_session::cli::print_value;
 use jde_session::load;
 
@@ -47,7 +47,9 @@ impl Describe {
         } else {
             // Accept the full name of a type as well: its plugin is the part before the slash.
             let (name, schema) = self.name.split_once('/').unwrap_or((&self.name, ""));
-            let plugin = plugins.describe(name, &[])?;
+            let plugin = plugins
+                .describe(name, &[])
+                .map_err(|error| suggest(error, &plugins))?;
             let types = plugin
                 .description
                 .schemas
@@ -68,4 +70,17 @@ impl Describe {
             inspect::plugin(description, path, out)
         })?)
     }
+}
+
+/// Returns the failure of a look-up. A name that is near one of a plugin is wrong use.
+fn suggest(error: PluginError, plugins: &Plugins) -> Failure {
+    if let PluginError::Missing { name, .. } = &error {
+        let (files, linked_in) = plugins.list(&[]);
+        let names = files.iter().map(|file| file.name.as_str());
+        let names = names.chain(linked_in.iter().map(String::as_str));
+        if jde_nearest::nearest(name, names.clone()).is_some() {
+            return Failure::unknown("plugin", name, names);
+        }
+    }
+    error.into()
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use clap::Args;
+use jde_nearest::nearest;
 use jde_session::paths;
 use jde_terminal::{self as terminal, FAINT, TITLE};
 
@@ -51,8 +52,7 @@ impl Docs {
                 let page = pages
                     .iter()
                     .find(|page| page.name == name.trim_end_matches(".md"));
-                let names = pages.iter().map(|page| page.name.as_str());
-                let page = page.ok_or_else(|| Failure::unknown("page", name, names))?;
+                let page = page.ok_or_else(|| unknown(name, &pages))?;
                 writeln!(out, "{}", page.file.display())?;
                 page.file.clone()
             }
@@ -91,6 +91,27 @@ fn pages(folder: &Path) -> Vec<Page> {
         .collect();
     pages.sort_by(|one, other| one.name.cmp(&other.name));
     pages
+}
+
+/// Returns wrong use because there is no such page. The advice is the nearest one, in whatever folder, or those at the top.
+fn unknown(name: &str, pages: &[Page]) -> Failure {
+    let last = |page: &Page| page.name.rsplit('/').next().unwrap_or_default().to_owned();
+    let lasts: Vec<String> = pages.iter().map(last).collect();
+    let near = nearest(name, pages.iter().map(|page| page.name.as_str()));
+    let near = near.or_else(|| {
+        let end = lasts.iter().find(|end| *end == name).map(String::as_str);
+        let end = end.or_else(|| nearest(name, lasts.iter().map(String::as_str)))?;
+        let place = lasts.iter().position(|last| last == end)?;
+        Some(pages[place].name.as_str())
+    });
+    if let Some(near) = near {
+        return Failure::usage(
+            format!("there is no page `{name}`"),
+            format!("did you mean `{near}`?"),
+        );
+    }
+    let names = pages.iter().map(|page| page.name.as_str());
+    Failure::unknown("page", name, names.filter(|name| !name.contains('/')))
 }
 
 /// Returns the first line of a page, which is its title.
