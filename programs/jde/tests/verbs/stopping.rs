@@ -24,6 +24,8 @@ fn r14_stop_all_stops_every_application_and_release_all_lets_them_continue() {
         "{output}"
     );
     assert!(output.contains("pair: "), "{output}");
+    let apps = sandbox.run_ok(&["apps"]);
+    assert!(apps.contains("nobody: all stopped by ana@"), "{apps}");
     assert!(winners("safe-navigation").iter().all(Value::is_null));
     assert!(winners("pair").iter().all(Value::is_null));
     let twist = sandbox.run_ok(&["get", "--app", "safe-navigation", "pioneer.velocity"]);

@@ -9,6 +9,7 @@ use jde_link::message::{About, Network};
 use jde_link::{Client, Error, Remote, Unanswered};
 use jde_records::RecordKind;
 use jde_records::event::{Outcome, What};
+use jde_records::snapshot::{SchemaView, Snapshot};
 use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, BAD, FAINT, GOOD, TITLE, WARN};
 use jde_timeline::{Ending, Severity, acting};
@@ -49,6 +50,9 @@ pub(crate) struct ApplicationEntry {
     pub(crate) about: About,
     /// The winners, from the roots down; `None` if the application gives no answer that makes sense.
     acting: Option<Vec<String>>,
+    /// The operator who stopped everything, until it is released.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stopped_by: Option<String>,
     /// How it ended, if it stays only to be looked at.
     #[serde(skip_serializing_if = "Option::is_none")]
     outcome: Option<Outcome>,
@@ -95,16 +99,22 @@ impl Listing {
                     scope.spawn(move || {
                         let name = format!("{}@{}", about.name, about.id);
                         let found = client.application(Some(&name));
-                        let (acting, outcome, problem) = match found.and_then(|remote| present(&remote)) {
-                            Ok((acting, outcome)) => (Some(acting), outcome, None),
-                            Err(error) => (None, None, Some(error.to_string())),
-                        };
-                        ApplicationEntry {
+                        let mut entry = ApplicationEntry {
                             about,
-                            acting,
-                            outcome,
-                            problem,
+                            acting: None,
+                            stopped_by: None,
+                            outcome: None,
+                            problem: None,
+                        };
+                        match found.and_then(|remote| present(&remote)) {
+                            Ok((snapshot, outcome)) => {
+                                entry.acting = Some(acting(&snapshot));
+                                entry.stopped_by = stopped_by(&snapshot);
+                                entry.outcome = outcome;
+                            }
+                            Err(error) => entry.problem = Some(error.to_string()),
                         }
+                        entry
                     })
                 })
                 .collect();
@@ -146,6 +156,7 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
     for ApplicationEntry {
         about,
         acting,
+        stopped_by,
         outcome,
         ..
     } in listed
@@ -167,7 +178,10 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
                 Severity::Warning => WARN,
                 Severity::Bad => BAD,
             }),
-            (Some([]), None) => Cell::from("nobody").styled(FAINT),
+            (Some([]), None) => match stopped_by {
+                Some(by) => Cell::from(format!("nobody: all stopped by {by}")).styled(WARN),
+                None => Cell::from("nobody").styled(FAINT),
+            },
             (Some(names), None) => Cell::from(names.join(" > ")).styled(GOOD),
         };
         table.add_row([
@@ -195,8 +209,8 @@ fn table(listed: &[ApplicationEntry], unanswered: &[Unanswered]) -> Table {
     table
 }
 
-/// Returns the winners of an application, and how it ended.
-pub(super) fn present(remote: &Remote) -> Result<(Vec<String>, Option<Outcome>), Error> {
+/// Returns the state of an application, and how it ended.
+pub(super) fn present(remote: &Remote) -> Result<(Snapshot, Option<Outcome>), Error> {
     let (sender, receiver) = channel();
     // All earlier events have arrived when this returns. The end is the last, but for what operators asked since.
     drop(remote.events(&[RecordKind::Event], MAX_EVENTS, move |event| {
@@ -206,7 +220,13 @@ pub(super) fn present(remote: &Remote) -> Result<(Vec<String>, Option<Outcome>),
         Some(What::Ended { outcome }) => Some(outcome.clone()),
         Some(_) | None => None,
     });
-    Ok((acting(&remote.hierarchy()?), outcome))
+    Ok((remote.hierarchy()?, outcome))
+}
+
+/// Returns the operator who stopped everything.
+fn stopped_by(snapshot: &Snapshot) -> Option<String> {
+    let mut holds = snapshot.schemas.iter().flat_map(SchemaView::holds);
+    Some(holds.find(|hold| hold.with_everything)?.by.clone())
 }
 
 /// Formats a duration: "45s", "2m 14s", "3h 20m", "2d 4h".
