@@ -222,6 +222,21 @@ fn an_unknown_schema_gets_the_names_of_those_that_exist() {
     }
 }
 
+#[test]
+fn r14_a_release_of_what_nobody_holds_says_so_and_is_no_event() {
+    let sandbox = Sandbox::new();
+    let _robot = sandbox.start(&pair(), &[]);
+    let released = || sandbox.run_ok(&["events", "--once"]).matches("release").count();
+    let before = released();
+    let said = sandbox.run_ok(&["release", "talker"]);
+    assert!(said.contains("was held by nobody"), "{said}");
+    assert_eq!(released(), before);
+    sandbox.run_ok(&["stop", "talker"]);
+    let said = sandbox.run_ok(&["release", "talker"]);
+    assert!(said.contains("is released"), "{said}");
+    while released() == before {}
+}
+
 /// Returns the JSON of `jde info`.
 fn info(file: &str) -> Value {
     let info = output_of(&mut jde(&["info", file, "--json"]));

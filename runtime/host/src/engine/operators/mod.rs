@@ -65,7 +65,9 @@ impl Operators {
     /// Plays, stops, forces or releases a schema. Returns what awake schemas lose by it.
     pub(crate) fn operate(&self, by: &Actor, operator: Operator) -> Result<Vec<Loss>, String> {
         let instance = operated_schema(operator);
+        let mut was_held = false;
         let ((done, losses), moment, holder) = self.transact_as(by, |transaction, holder| {
+            was_held = self.check_schema(instance).is_ok() && transaction.holds(instance).next().is_some();
             self.with_losses(transaction, instance, |transaction| {
                 let done = transaction.operator(holder, operator);
                 done.map_err(|refused| self.refusal(&refused))
@@ -74,8 +76,12 @@ impl Operators {
         self.record_operation(instance, operation(operator, holder), moment);
         done?;
         if let Operator::Release(_) = operator {
-            self.restore_values(instance, |_| true);
-            self.repair_exports(instance, |_| true);
+            let given_back = self.restore_values(instance, |_| true);
+            let repaired = self.repair_exports(instance, |_| true);
+            if !was_held && !given_back && !repaired {
+                // Nothing was released, so nothing happened.
+                return Ok(losses);
+            }
         }
         self.rules.report_stop(&by.name, operator.into(), losses.clone());
         Ok(losses)

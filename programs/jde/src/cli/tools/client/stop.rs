@@ -8,6 +8,7 @@ use super::operate::{DurationArg, SchemaArg};
 use super::{Context, Target, all};
 use crate::complete;
 use crate::failure::Failure;
+use crate::remote::name::split_application;
 
 /// One schema, or everything.
 #[derive(Args)]
@@ -81,15 +82,24 @@ impl Release {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let lasting = DurationArg { time: None };
         match self.scope.into_schema() {
-            Ok(schema) => schema.act(
-                context,
-                |schema| Action::Release { schema },
-                &lasting,
-                "is released",
-            ),
+            Ok(schema) => {
+                let done = match is_held(context, &schema)? {
+                    true => "is released",
+                    false => "was held by nobody",
+                };
+                schema.act(context, |schema| Action::Release { schema }, &lasting, done)
+            }
             Err(target) => all::release(context, &target),
         }
     }
+}
+
+/// Whether an operator holds a schema to anything.
+fn is_held(context: &Context, schema: &SchemaArg) -> Result<bool, Failure> {
+    let (named, name) = split_application(&schema.schema);
+    let now = context.remote(&schema.target, named)?.hierarchy()?;
+    let mut schemas = now.schemas.iter();
+    Ok(schemas.any(|view| view.name == name && view.holds().next().is_some()))
 }
 
 impl ScopeArgs {
