@@ -22,6 +22,9 @@ const MAX_SIZE: f64 = 1e12;
 /// flushes.
 const MIN_PART_BYTES: u64 = 1_000_000;
 const MIN_PART_TIME: Nanos = 1_000_000_000;
+/// A second and a day, ns.
+const SECOND: Nanos = 1_000_000_000;
+const DAY: Nanos = 86_400 * SECOND;
 /// The longest time in s: a year.
 const MAX_TIME_S: f64 = 366.0 * 86_400.0;
 
@@ -47,6 +50,46 @@ pub(crate) fn time_offset(text: &str) -> Result<Nanos, String> {
 /// Whether a text has the form of a time, which may be out of range.
 pub(crate) fn is_time(text: &str) -> bool {
     with_unit(text, &UNITS).is_some()
+}
+
+/// Parses a time of a recording or a run that started at `start_ns`, ns since 1970, in ns since that start: a time as for
+/// [`time_offset`], or a time of day in UTC, "19:06Z" or "19:06:45Z", which is the first one after the start.
+pub(crate) fn moment(text: &str, start_ns: u64) -> Result<Nanos, String> {
+    match clock(text) {
+        None => time_offset(text),
+        Some((_, false)) => Err(format!(
+            "`{text}` states no time zone; write {text}Z for a time of day in UTC, as `jde info` shows the start"
+        )),
+        Some((of_day, true)) => {
+            let since = (of_day + DAY - start_ns % DAY) % DAY;
+            // The start is shown in whole seconds, so its own time of day may be a little before it.
+            Ok(if since > DAY - SECOND { 0 } else { since })
+        }
+    }
+}
+
+/// Whether a text is a time of day, with its time zone or without.
+pub(crate) fn is_time_of_day(text: &str) -> bool {
+    clock(text).is_some()
+}
+
+/// Parses a time of day, in ns since midnight, and returns whether it is in UTC; `None` for a text of another form.
+fn clock(text: &str) -> Option<(Nanos, bool)> {
+    let digits = text.strip_suffix(['Z', 'z']);
+    let mut parts = digits.unwrap_or(text).split(':');
+    let below = |part: &str, end: f64| {
+        let is_plain = part.starts_with(|letter: char| letter.is_ascii_digit());
+        let number = part.parse::<f64>().ok().filter(|_| is_plain)?;
+        (number < end).then_some(number)
+    };
+    let hours = below(parts.next()?, 24.0).filter(|hours| hours.fract() == 0.0)?;
+    let minutes = below(parts.next()?, 60.0).filter(|minutes| minutes.fract() == 0.0)?;
+    let seconds = parts.next().map_or(Some(0.0), |part| below(part, 60.0))?;
+    if parts.next().is_some() {
+        return None;
+    }
+    let of_day = (hours * 3600.0 + minutes * 60.0 + seconds) * 1e9;
+    Some((of_day.round() as Nanos, digits.is_some()))
 }
 
 /// Parses a rate in 1/s: "5", "5Hz" or "0.5".
@@ -114,7 +157,10 @@ fn with_unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{PartSize, Size, part_limit, pixels, rate, size, time, time_offset};
+    use super::{
+        DAY, PartSize, SECOND, Size, is_time_of_day, moment, part_limit, pixels, rate, size, time,
+        time_offset,
+    };
 
     #[test]
     fn the_size_of_a_picture_has_width_and_height() {
@@ -189,6 +235,31 @@ mod tests {
         assert_eq!(time_offset("1.5s"), time("1.5s"));
         for text in ["-1s", "nan", "400000h", "s"] {
             assert!(time_offset(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_time_of_day_is_the_first_after_the_start() {
+        // 19:06:40.5 of some day.
+        let start = 20_000 * DAY + (19 * 3600 + 6 * 60 + 40) * SECOND + SECOND / 2;
+        assert_eq!(moment("12.5s", start), Ok(12 * SECOND + SECOND / 2));
+        assert_eq!(moment("19:06:45Z", start), Ok(4 * SECOND + SECOND / 2));
+        assert_eq!(moment("19:07z", start), Ok(19 * SECOND + SECOND / 2));
+        assert_eq!(moment("19:06:40Z", start), Ok(0), "the shown start");
+        assert_eq!(moment("00:00Z", 0), Ok(0));
+        let zone = moment("19:06:45", start).unwrap_err();
+        assert!(zone.contains("write 19:06:45Z"), "{zone}");
+        for text in [
+            "24:00",
+            "9",
+            "robot2:7447",
+            "10.0.0.1:7447",
+            "1:2:3:4",
+            "12:60Z",
+            "::1",
+            "",
+        ] {
+            assert!(!is_time_of_day(text), "{text}");
         }
     }
 

@@ -33,7 +33,7 @@ use panel_store::PanelStore;
 use player::{Player, StopPlayerOnDrop};
 use publisher::Publisher;
 
-pub(crate) use moment::Moment;
+pub(crate) use moment::{Moment, TIME_HELP};
 
 /// The interval at which the position is written for tools.
 const UPDATE_INTERVAL: Duration = Duration::from_millis(50);

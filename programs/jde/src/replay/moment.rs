@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_board::Board;
-use jde_core::Nanos;
 use jde_link::{Events, Link, Settings, as_name};
 
 use super::index::Index;
@@ -13,8 +12,12 @@ use super::panel_store::PanelStore;
 use super::player::Player;
 use super::publisher::Publisher;
 use crate::failure::Failure;
+use crate::quantity;
 use crate::why::KnownSpan;
 
+/// The advice for a wrong `--at` of a recording.
+pub(crate) const TIME_HELP: &str =
+    "with --in, --at is one time of the recording, such as 12.4s, or 19:06:45Z in UTC";
 /// The longest name of an application on the link, bytes.
 const MAX_NAME: usize = 64;
 
@@ -26,13 +29,15 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// Reads a recording, and serves what had been published and decided at a time of the application, ns, that one included;
-    /// without one, at the end.
+    /// Reads a recording, and serves what had been published and decided at a time of the application as it was typed, that
+    /// one included; without one, at the end.
     ///
     /// # Errors
-    /// The recording cannot be read, it does not cover the time, or nothing can be served.
-    pub(crate) fn serve(recording: &Path, at: Option<Nanos>) -> Result<Self, Failure> {
+    /// The recording cannot be read, the text is no time, the recording does not cover it, or nothing can be served.
+    pub(crate) fn serve(recording: &Path, at: Option<&str>) -> Result<Self, Failure> {
         let mut index = Index::read(recording)?;
+        let at = at.map(|at| quantity::moment(at, index.start_ns)).transpose();
+        let at = at.map_err(|error| Failure::usage(error, TIME_HELP))?;
         let known = KnownSpan {
             from: index.begin as f64 / 1e9,
             until: index.end as f64 / 1e9,

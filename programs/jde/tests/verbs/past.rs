@@ -130,6 +130,8 @@ fn r19_a_value_that_had_ended_is_not_shown() {
             got.out.trim().to_owned()
         };
         assert_eq!(get("1.6s").parse::<f64>(), Ok(count as f64));
+        // The recording starts at midnight.
+        assert_eq!(get("00:00:04Z"), get("4s"));
         assert_eq!(get("3s"), "no value: it has ended, or was retracted");
         assert_eq!(get("4s").parse::<f64>(), Ok((count + 1) as f64));
         let vars = ask(&file, folder.path(), &["vars", "talker.*", "--at", "3s"]);
@@ -143,6 +145,15 @@ fn a_time_that_a_recording_does_not_cover_is_refused() {
     let file = record_retracted(folder.path(), 1);
     let asked = ["get", "talker.count", "--in", &file, "--at", "99s"];
     let asked = output_of(jde(&asked).env("JDE_RUNTIME_DIR", folder.path().join("run")));
+    let zone = output_of(&mut jde(&[
+        "get",
+        "talker.count",
+        "--in",
+        &file,
+        "--at",
+        "00:00:04",
+    ]));
+    assert!(zone.err.contains("write 00:00:04Z"), "{}", zone.err);
     let reason = "99 s is after the messages of the recording, which end at 4.00 s";
     assert!(
         asked.status == Some(1) && asked.err.contains(reason),

@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_core::Nanos;
 use jde_terminal as terminal;
 
 use super::Target;
 use crate::failure::{Failure, display_path};
-use crate::quantity;
-use crate::replay::Moment;
+use crate::replay::{Moment, TIME_HELP};
 
 /// The recording that is asked.
 #[derive(Args)]
 pub(crate) struct Past {
-    /// Ask this recording instead of an application: as it was at the time --at, such as --at 12.4s, or at its end.
+    /// Ask this recording instead of an application: as it was at the time --at, such as --at 12.4s, or --at 19:06:45Z in
+    /// UTC, or at its end.
     #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath)]
     recording: Option<PathBuf>,
 }
@@ -46,17 +45,11 @@ impl Past {
     }
 }
 
-/// Returns the time that `--at` names for a recording.
-fn time(target: &Target) -> Result<Option<Nanos>, Failure> {
-    let usage = |error: String| {
-        Failure::usage(
-            error,
-            "with --in, --at is one time of the recording, such as 12.4s",
-        )
-    };
+/// Returns the time that `--at` names for a recording, as it was typed.
+fn time(target: &Target) -> Result<Option<&str>, Failure> {
     match target.at.as_slice() {
         _ if !target.has_typed_endpoint() => Ok(None),
-        [at] => quantity::time_offset(at).map(Some).map_err(usage),
-        _ => Err(usage(String::from("--at is given several times"))),
+        [at] => Ok(Some(at)),
+        _ => Err(Failure::usage("--at is given several times", TIME_HELP)),
     }
 }

@@ -6,6 +6,7 @@ use jde_log::Selection;
 
 use super::{Context, Target};
 use crate::failure::Failure;
+use crate::quantity;
 use crate::remote::name::{self, split_application};
 
 /// The advice for names of several applications.
@@ -103,7 +104,11 @@ impl Context {
 pub(super) fn split_one_application(words: &[String]) -> Result<(Option<&str>, Vec<String>), Failure> {
     let mut named = None;
     let mut rest = Vec::with_capacity(words.len());
-    for word in words {
+    for word in words.iter().flat_map(|words| words.split_whitespace()) {
+        if quantity::is_time_of_day(word.trim_end_matches('?')) {
+            rest.push(word.to_owned());
+            continue;
+        }
         let (application, word) = split_application(word);
         if let (Some(first), Some(second)) = (named, application)
             && first != second

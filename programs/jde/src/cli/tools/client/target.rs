@@ -211,7 +211,10 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
         }
         return Ok(Reach::Local(Folders::of_user()));
     }
-    if let Some(time) = at.iter().find(|endpoint| quantity::is_time(endpoint)) {
+    if let Some(time) = at
+        .iter()
+        .find(|endpoint| quantity::is_time(endpoint) || quantity::is_time_of_day(endpoint))
+    {
         return Err(Failure::usage(
             format!("`{time}` is a time, and --at without --in is the endpoint of an application"),
             "a time needs --in FILE, which get, ps, vars and events have: jde ps --in drive.mcap --at 12.4s",

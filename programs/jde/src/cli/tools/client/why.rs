@@ -23,6 +23,7 @@ use super::target::recording_instead;
 use super::{Context, Target};
 use crate::complete;
 use crate::failure::{Failure, display_path};
+use crate::quantity;
 use crate::why::{self, Answer, Asleep, DueStep, KnownSpan, MissingValue, Past, Question};
 
 /// Number of records of each kind requested from a running application: all that it keeps.
@@ -50,7 +51,8 @@ const KEEP: Keep = Keep {
   jde why did vff take over from goon at 12.4s
   jde why is goon not the winner
   jde why nobody in example/base    the last selection without a winner, or why all sleep
-  jde why at 12.4s --in drive.mcap")]
+  jde why at 12.4s --in drive.mcap
+  jde why at 19:06:45Z --in drive.mcap    a time of day in UTC")]
 pub(crate) struct Why {
     /// The question.
     #[arg(value_name = "QUESTION", add = ArgValueCompleter::new(complete::schemas))]
@@ -141,6 +143,8 @@ pub(crate) struct Selections {
     /// Of a running application, the imports that have no value now.
     missing: Vec<MissingValue>,
     known: KnownSpan,
+    /// When the run started, ns since 1970.
+    start_ns: u64,
     schemas: Vec<String>,
     groups: Vec<String>,
     /// What is damaged or missing, in words.
@@ -266,7 +270,8 @@ impl Selections {
             from: from.min(decisions[0].time_s),
             until: until as f64 / 1e9,
         };
-        Ok(Self::new(sorted, known, [Vec::new(), Vec::new()], notes))
+        let names = [Vec::new(), Vec::new()];
+        Ok(Self::new(sorted, (known, start), names, notes))
     }
 
     /// Requests the last selections of a running application.
@@ -308,9 +313,10 @@ impl Selections {
             },
             until: snapshot.time as f64 / 1e9,
         };
+        let start = remote.about().started_ns;
         Ok(Self {
             missing,
-            ..Self::new(sorted, known, names, Vec::new())
+            ..Self::new(sorted, (known, start), names, Vec::new())
         })
     }
 
@@ -322,7 +328,7 @@ impl Selections {
             timeline,
             steps,
         }: SortedRecords,
-        known: KnownSpan,
+        (known, start_ns): (KnownSpan, u64),
         [mut schemas, mut groups]: [Vec<String>; 2],
         notes: Vec<String>,
     ) -> Self {
@@ -341,6 +347,7 @@ impl Selections {
             steps,
             missing: Vec::new(),
             known,
+            start_ns,
             schemas,
             groups,
             notes,
@@ -366,7 +373,18 @@ impl Selections {
     /// # Errors
     /// It contains a word that is neither a name nor one of a question.
     pub(crate) fn read_question(&self, words: &[String]) -> Result<Question, Failure> {
-        Question::parse(words, &self.schemas, &self.groups)
+        let sentence = words.join(" ");
+        let words = sentence.split_whitespace().map(|word| {
+            let plain = word.trim_end_matches('?');
+            if !quantity::is_time_of_day(plain) {
+                return Ok(word.to_owned());
+            }
+            let since = quantity::moment(plain, self.start_ns);
+            let since = since.map(|since| format!("{}s", since as f64 / 1e9));
+            since.map_err(|error| Failure::usage(error, "or give the seconds since its start, such as 12.4s"))
+        });
+        let words = words.collect::<Result<Vec<_>, _>>()?;
+        Question::parse(&words, &self.schemas, &self.groups)
     }
 
     /// Returns the selection that a question asks for, with its neighbours, as the object that `--json` prints.
