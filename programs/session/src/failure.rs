@@ -152,7 +152,7 @@ impl Failure {
                 skipped_folders: skipped,
                 ..
             } => {
-                let advice = match missing {
+                let advice = match *missing {
                     true => format!("\n{MISSING_PLUGIN_HELP}"),
                     false => String::new(),
                 };

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_app::Faults;
 use jde_app::literal;
 use jde_app::period::RANGE;
 use jde_link::Remote;
@@ -124,12 +125,22 @@ pub(crate) fn read_action(
         folder,
         name,
     )
-    .map_err(Failure::faults)?;
+    .map_err(|faults| refused(faults, name))?;
     Ok(Action::Modulate {
         schema,
         variable: info.variable.clone(),
         value: to_json(&read.into_only_field_of(&value_type)),
     })
+}
+
+/// Returns why a modulation cannot have a value. A single reason names the modulation itself.
+fn refused(faults: Faults, name: &str) -> Failure {
+    if let [fault] = faults.list() {
+        let help = fault.help.clone();
+        let help = help.unwrap_or_else(|| format!("`jde vars {name} --docs` shows its unit and range"));
+        return Failure::usage(fault.message.clone(), help);
+    }
+    Failure::faults(faults)
 }
 
 /// Returns the present name of a modulation that was renamed.
