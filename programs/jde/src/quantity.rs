@@ -52,7 +52,7 @@ pub(crate) fn is_time(text: &str) -> bool {
     with_unit(text, &UNITS).is_some()
 }
 
-/// Parses a time of a recording or a run that started at `start_ns`, ns since 1970, in ns since that start: a time as for
+/// Parses a time of a run that started at `start_ns`, ns since 1970, in ns since that start: a time as for
 /// [`time_offset`], or a time of day in UTC, "19:06Z" or "19:06:45Z", which is the first one after the start.
 pub(crate) fn moment(text: &str, start_ns: u64) -> Result<Nanos, String> {
     match clock(text) {

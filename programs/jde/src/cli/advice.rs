@@ -5,7 +5,8 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue};
 
 /// The advice for a recording that is given to a verb for running applications.
-const RECORDING: &str = "get, ps, vars, events and why ask a recording; for others, run jde replay FILE, then for example jde watch";
+const RECORDING: &str =
+    "get, ps, vars, events and why ask a recording; for others, run jde replay FILE, then jde watch";
 /// The advice for a verb `version`.
 const VERSION: &str = "jde --version prints the version";
 

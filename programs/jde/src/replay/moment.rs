@@ -29,8 +29,8 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// Reads a recording, and serves what had been published and decided at a time of the application as it was typed, that
-    /// one included; without one, at the end.
+    /// Reads a recording, and serves what had been published and decided at a time of the application, that one included;
+    /// without one, at the end. The time is as it was typed.
     ///
     /// # Errors
     /// The recording cannot be read, the text is no time, the recording does not cover it, or nothing can be served.

@@ -93,7 +93,7 @@ fn pages(folder: &Path) -> Vec<Page> {
     pages
 }
 
-/// Returns wrong use because there is no such page. The advice is the nearest one, in whatever folder, or those at the top.
+/// Returns wrong use because there is no such page. The advice is the nearest one in any folder, or those at the top.
 fn unknown(name: &str, pages: &[Page]) -> Failure {
     let last = |page: &Page| page.name.rsplit('/').next().unwrap_or_default().to_owned();
     let lasts: Vec<String> = pages.iter().map(last).collect();

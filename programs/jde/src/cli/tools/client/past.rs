@@ -12,8 +12,8 @@ use crate::replay::{Moment, TIME_HELP};
 /// The recording that is asked.
 #[derive(Args)]
 pub(crate) struct Past {
-    /// Ask this recording instead of an application: as it was at the time --at, such as --at 12.4s, or --at 19:06:45Z in
-    /// UTC, or at its end.
+    /// Ask this recording instead of an application: as it was at the time --at, such as --at 12.4s or, in UTC,
+    /// --at 19:06:45Z; or at its end.
     #[arg(long = "in", value_name = "FILE.mcap", value_hint = ValueHint::FilePath)]
     recording: Option<PathBuf>,
 }
