@@ -12,10 +12,13 @@ const VERSION: &str = "jde --version prints the version";
 
 /// Replaces clap's advice in an error where this module has a better one.
 pub(super) fn advise(error: &mut clap::Error) {
-    let has = |kind: ContextKind, text: &str| matches!(error.get(kind), Some(ContextValue::String(given)) if given == text);
-    let advice = if has(ContextKind::InvalidArg, "--in") {
+    let given = |kind: ContextKind| match error.get(kind) {
+        Some(ContextValue::String(given)) => given.as_str(),
+        Some(_) | None => "",
+    };
+    let advice = if given(ContextKind::InvalidArg) == "--in" {
         RECORDING
-    } else if has(ContextKind::InvalidSubcommand, "version") {
+    } else if given(ContextKind::InvalidSubcommand) == "version" {
         VERSION
     } else {
         return;
