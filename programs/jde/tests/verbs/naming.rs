@@ -208,7 +208,8 @@ fn every_verb_checks_periods_against_the_same_range() {
         assert_eq!(far.status, Some(0), "{far:?}");
         assert!(far.err.contains("check the unit"), "{far:?}");
     }
-    sandbox.run_ok(&["set", "talker.period", "0.05s"]);
+    let set = sandbox.run_ok(&["set", "talker.period", "20Hz"]);
+    assert!(set.contains("talker.period is now 50 ms"), "{set}");
     assert_eq!(sandbox.json(&["get", "talker.period"])["value"], 0.05);
 }
 

@@ -6,7 +6,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_app::Faults;
 use jde_app::literal;
-use jde_app::period::RANGE;
+use jde_app::period::{RANGE, from_seconds};
 use jde_link::Remote;
 use jde_link::message::Action;
 use jde_link::value::to_json;
@@ -62,8 +62,14 @@ impl Set {
         let (remote, name) = context.resolve(&self.target, name)?;
         let folder = std::env::current_dir().unwrap_or_else(|_| Path::new(".").to_owned());
         let action = read_action(&remote, name, value, &folder)?;
+        let mut shown = value.to_owned();
+        if let Action::Period { period_s, .. } = &action
+            && let Ok(period) = from_seconds(*period_s)
+        {
+            shown = top::text::format_setting(period);
+        }
         let messages = ActionMessages {
-            done: format!("{name} is now {value}"),
+            done: format!("{name} is now {shown}"),
             ended: format!("{name} is released"),
         };
         perform_action(&remote, action, &self.lasting, &messages)
