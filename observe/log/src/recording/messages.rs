@@ -26,8 +26,10 @@ pub struct Messages {
     parts: Vec<Part>,
     /// The part that was read last, and its open file.
     file: Option<(usize, OpenFile)>,
-    /// Messages with an earlier log time are skipped.
-    from: u64,
+    /// Messages with an earlier log time are skipped, and those with a later one than the second.
+    times: [u64; 2],
+    /// Whether a channel is read, by its place in the recording. `None` if all are.
+    wanted: Option<Vec<bool>>,
     /// The chunks that are not open yet, in the order of their first log times.
     chunks: VecDeque<Chunk>,
     /// Messages of open chunks, by their log time and their number among all that were read.
@@ -51,7 +53,8 @@ enum OpenFile {
 /// The messages of a chunk, as they are read.
 struct Collected<'a> {
     channels: &'a BTreeMap<i64, Arc<Channel>>,
-    from: u64,
+    times: [u64; 2],
+    wanted: Option<&'a [bool]>,
     messages: Vec<RecordedMessage>,
     /// The bytes of memory that more messages may take.
     room: usize,
@@ -77,15 +80,21 @@ impl From<String> for MessageFault {
 }
 
 impl Messages {
-    pub(super) fn new(recording: &Recording, from: u64) -> Result<Self, ReadError> {
+    pub(super) fn new(
+        recording: &Recording,
+        times: [u64; 2],
+        wanted: Option<Vec<bool>>,
+    ) -> Result<Self, ReadError> {
+        let [from, until] = times;
         Ok(Self {
             file: recording.parts.first().map(|part| open(0, part)).transpose()?,
             parts: recording.parts.clone(),
-            from,
+            times,
+            wanted,
             chunks: recording
                 .chunks
                 .iter()
-                .filter(|chunk| chunk.end >= from)
+                .filter(|chunk| chunk.end >= from && chunk.start <= until)
                 .copied()
                 .collect(),
             queue: BTreeMap::new(),
@@ -124,7 +133,8 @@ impl Messages {
         };
         let mut collected = Collected {
             channels: &part.channels,
-            from: self.from,
+            times: self.times,
+            wanted: self.wanted.as_deref(),
             messages: Vec::new(),
             room: MAX_QUEUED_BYTES.saturating_sub(self.queued_bytes),
             bytes: 0,
@@ -212,13 +222,20 @@ impl Collected<'_> {
     ) -> Result<(), MessageFault> {
         self.bytes += data.len() as u64;
         self.count += 1;
-        if log_time < self.from {
+        let [from, until] = self.times;
+        if log_time < from || log_time > until {
             return Ok(());
         }
         let Some(channel) = self.channels.get(&channel) else {
             let reason = format!("a message is on channel {channel}, which is not defined");
             return Err(reason.into());
         };
+        if self
+            .wanted
+            .is_some_and(|wanted| wanted.get(channel.index) != Some(&true))
+        {
+            return Ok(());
+        }
         // No message in CDR begins like that.
         let data = match channel.encoding == "cdr" && data.starts_with(&ZSTD) {
             true => unpack(data, self.room)?,

@@ -357,7 +357,7 @@ impl Recording {
     /// # Errors
     /// [`ReadError::File`]. The iterator ends with the first error.
     pub fn messages(&self) -> Result<Messages, ReadError> {
-        Messages::new(self, 0)
+        Messages::new(self, [0, u64::MAX], None)
     }
 
     /// Returns the messages from a log time on.
@@ -365,7 +365,21 @@ impl Recording {
     /// # Errors
     /// As [`Self::messages`].
     pub fn messages_from(&self, log_time: u64) -> Result<Messages, ReadError> {
-        Messages::new(self, log_time)
+        Messages::new(self, [log_time, u64::MAX], None)
+    }
+
+    /// Returns the messages of some channels from one log time to another, both included. Chunks of other times are not
+    /// read, and messages of other channels are not copied.
+    ///
+    /// # Errors
+    /// As [`Self::messages`].
+    pub fn messages_of(
+        &self,
+        times: RangeInclusive<u64>,
+        is_wanted: impl Fn(&Channel) -> bool,
+    ) -> Result<Messages, ReadError> {
+        let wanted = self.channels().map(is_wanted).collect();
+        Messages::new(self, [*times.start(), *times.end()], Some(wanted))
     }
 
     /// Returns the log times of the first and the last message, the lesser one first, as the chunks' headers

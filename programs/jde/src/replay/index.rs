@@ -1,13 +1,17 @@
 //! The contents of a recording, found by reading it once: variables, schemas, and the values of topics that
-//! seldom change. Publishes nothing. Its memory does not grow with the length of the recording.
+//! seldom change. Publishes nothing. Its memory does not grow with the length of the recording. Who asks for one time opens
+//! it without reading it.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
+use jde_abi::describe::Type;
 use jde_core::Nanos;
 use jde_log::{
-    Channel, LeftOut, Messages, RecordedHierarchy, RecordedMessage, RecordedVariables, Recording, record,
+    Channel, LeftOut, Messages, ReadError, RecordedHierarchy, RecordedMessage, RecordedVariables, Recording,
+    record,
 };
 use jde_records::RunRecord;
 use jde_records::turn::{Call, Turn, TurnKind};
@@ -18,7 +22,7 @@ use jde_types::Value as _;
 use crate::failure::{Failure, display_path};
 
 /// The topic of the schemas' turns.
-const TURNS_TOPIC: &str = "/jde/turns";
+pub(super) const TURNS_TOPIC: &str = "/jde/turns";
 /// The most values of a seldom topic. The values of such a topic are all kept and are in force until the next
 /// one.
 const MAX_SELDOM_VALUES: usize = 1000;
@@ -45,6 +49,8 @@ pub(super) struct Index {
     pub(super) panels: Arc<BTreeMap<String, String>>,
     /// Its schemas and groups, before the first event.
     pub(super) initial: Timeline,
+    /// Whether it states its schemas and groups itself. Those of others are known from its records.
+    pub(super) is_described: bool,
     /// The name of the application.
     pub(super) application: String,
     /// Files, topics and messages that cannot be played.
@@ -101,8 +107,22 @@ impl IndexEntry {
 impl Index {
     /// Reads a recording, up to its damage if it has any.
     pub(super) fn read(file: &Path) -> Result<Self, Failure> {
+        let mut index = Self::open(file)?;
+        // The last message that can be read is the end.
+        index.end = 0;
+        let mut hierarchy = index.initial.hierarchy().clone();
+        index.scan(&mut hierarchy)?;
+        index.initial = Timeline::new(hierarchy, Keep::PRESENT);
+        // Possibly no message can be read.
+        index.end = index.end.max(index.begin);
+        Ok(index)
+    }
+
+    /// Opens a recording without reading its messages. It knows no seldom topics then, and its end is the one that the
+    /// index of the file states.
+    pub(super) fn open(file: &Path) -> Result<Self, Failure> {
         let recording = Recording::open(file)?;
-        let Some((first, _)) = recording.times() else {
+        let Some((first, last)) = recording.times() else {
             return Err(Failure::usage(
                 format!("{} holds no messages", display_path(file)),
                 "`jde run APP --record FILE` records them",
@@ -118,25 +138,22 @@ impl Index {
             stem.to_string_lossy().into_owned()
         });
         let recorded = RecordedHierarchy::of_recording(&recording);
-        let mut hierarchy = recorded.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
+        let is_described = recorded.is_some();
+        let hierarchy = recorded.map_or_else(Hierarchy::default, |recorded| recorded.hierarchy());
         let variables = RecordedVariables::of(&recording);
-        let mut index = Self {
+        Ok(Self {
             left_out: variables.left_out().clone(),
             variables: Arc::new(variables),
             panels: Arc::new(panels(&recording)),
-            initial: Timeline::new(Hierarchy::default(), Keep::PRESENT),
+            initial: Timeline::new(hierarchy, Keep::PRESENT),
+            is_described,
             start_ns,
             begin: first.saturating_sub(start_ns),
-            end: 0,
+            end: last.saturating_sub(start_ns),
             application,
             seldom: BTreeMap::new(),
             recording,
-        };
-        index.scan(&mut hierarchy)?;
-        index.initial = Timeline::new(hierarchy, Keep::PRESENT);
-        // Possibly no message can be read.
-        index.end = index.end.max(index.begin);
-        Ok(index)
+        })
     }
 
     /// Describes the damage of the file, if it has any.
@@ -161,6 +178,20 @@ impl Index {
         Ok(Box::new(messages.filter_map(move |message| {
             read_entry(message, start, &variables, &panels)
         })))
+    }
+
+    /// Returns what some channels have from one time to another, both included, and last the error that ends it, if any does.
+    pub(super) fn entries_of(
+        &self,
+        times: RangeInclusive<Nanos>,
+        is_wanted: impl Fn(&Channel) -> bool,
+    ) -> Result<impl Iterator<Item = Result<IndexEntry, ReadError>>, Failure> {
+        let [from, until] = [*times.start(), *times.end()].map(|place| self.start_ns.saturating_add(place));
+        let messages = self.recording.messages_of(from..=until, is_wanted)?;
+        Ok(messages.filter_map(move |message| match message {
+            Ok(message) => read_entry(message, self.start_ns, &self.variables, &self.panels).map(Ok),
+            Err(error) => Some(Err(error)),
+        }))
     }
 
     /// Returns the newest value before a place, and when it had ended, if it had: of every seldom topic, and of
@@ -256,7 +287,9 @@ fn read_entry(
         return Some(IndexEntry::Line(published, record::read(&message)?));
     }
     if topic == TURNS_TOPIC {
-        let bytes = cdr::decode(&Turn::describe(), &message.data).ok()?;
+        // A description is built by each call, which would cost more than the turn.
+        static TURN: LazyLock<Type> = LazyLock::new(Turn::describe);
+        let bytes = cdr::decode(&TURN, &message.data).ok()?;
         let turn = Turn::from_bytes(&bytes)?;
         return matches!(turn.kind(), TurnKind::Cycled(_)).then_some(IndexEntry::Cycle(Cycle {
             time: published,

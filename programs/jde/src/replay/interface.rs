@@ -47,13 +47,42 @@ const CONTROLS: [(&str, &str, &str); 5] = [
 ];
 
 impl PlayedRecording {
-    /// Creates the interface of a player whose variables are on the board.
+    /// Creates the interface of a player whose variables are on the board, with the schema that controls playback.
     pub(super) fn new(
         player: Arc<Player>,
         board: Arc<Board>,
         panel_store: Arc<PanelStore>,
         file: String,
     ) -> Self {
+        let playing = Self::standing(player, board, panel_store, file);
+        playing.declare_controls();
+        playing
+    }
+
+    /// As [`Self::new`], for a recording that stands still: nothing controls it.
+    pub(super) fn standing(
+        player: Arc<Player>,
+        board: Arc<Board>,
+        panel_store: Arc<PanelStore>,
+        file: String,
+    ) -> Self {
+        let info = SubjectInfo {
+            application: player.index.application.clone(),
+            file,
+            executor: "replay".to_owned(),
+            speed: player.controls().speed,
+        };
+        Self {
+            player,
+            board,
+            panel_store,
+            info,
+        }
+    }
+
+    /// Declares the variables of [`CONTROL_SCHEMA`].
+    fn declare_controls(&self) {
+        let (player, board) = (&self.player, &self.board);
         let declare = |name: &str, unit: &str, doc: &str, access, value_type: Type, initial: Vec<u8>| {
             // If the recording has a schema of this name, its variables stay.
             let _ = board.declare(Declaration {
@@ -97,18 +126,6 @@ impl PlayedRecording {
             LeftOutText::describe(),
             LeftOutText::truncated(&lines.join("\n")).as_bytes().to_vec(),
         );
-        let info = SubjectInfo {
-            application: player.index.application.clone(),
-            file,
-            executor: "replay".to_owned(),
-            speed: player.controls().speed,
-        };
-        Self {
-            player,
-            board,
-            panel_store,
-            info,
-        }
     }
 
     /// Writes the state of the player to the variables of [`CONTROL_SCHEMA`].

@@ -4,6 +4,7 @@ mod clock;
 mod hierarchy;
 mod index;
 mod interface;
+mod lookup;
 mod moment;
 mod panel_store;
 mod player;
@@ -33,6 +34,7 @@ use panel_store::PanelStore;
 use player::{Player, StopPlayerOnDrop};
 use publisher::Publisher;
 
+pub(crate) use lookup::Asked;
 pub(crate) use moment::{Moment, TIME_HELP};
 
 /// The interval at which the position is written for tools.

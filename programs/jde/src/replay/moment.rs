@@ -8,6 +8,7 @@ use jde_link::{Events, Link, Settings, as_name};
 
 use super::index::Index;
 use super::interface::PlayedRecording;
+use super::lookup::{self, Asked};
 use super::panel_store::PanelStore;
 use super::player::Player;
 use super::publisher::Publisher;
@@ -29,13 +30,17 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// Reads a recording, and serves what had been published and decided at a time of the application, that one included;
-    /// without one, at the end. The time is as it was typed.
+    /// Serves of a recording what is asked, as it was at a time of the application, that one included; without one, at the
+    /// end. The time is as it was typed. It reads no more than that needs.
     ///
     /// # Errors
     /// The recording cannot be read, the text is no time, the recording does not cover it, or nothing can be served.
-    pub(crate) fn serve(recording: &Path, at: Option<&str>) -> Result<Self, Failure> {
-        let mut index = Index::read(recording)?;
+    pub(crate) fn serve(recording: &Path, at: Option<&str>, asked: &Asked) -> Result<Self, Failure> {
+        let mut index = Index::open(recording)?;
+        if matches!(asked, Asked::Hierarchy) && !index.is_described {
+            // Its records name the schemas, the later ones too.
+            index = Index::read(recording)?;
+        }
         let at = at.map(|at| quantity::moment(at, index.start_ns)).transpose();
         let at = at.map_err(|error| Failure::usage(error, TIME_HELP))?;
         let known = KnownSpan {
@@ -47,18 +52,20 @@ impl Moment {
         if let Some(reason) = outside {
             return Err(Failure::NoMatch(reason));
         }
-        let notes = index.damage().into_iter().chain(index.gaps()).collect();
+        let mut notes: Vec<_> = index.damage().into_iter().chain(index.gaps()).collect();
         let board = Arc::new(Board::new());
         let panels = PanelStore::new(index.panels.values());
         let mut publisher = Publisher::new(&board, &mut index, Arc::clone(&panels));
         let events = Events::of_records();
         // No other process finds it by its application's name.
         let name = unique_name(&index.application, std::process::id());
-        let position = at.unwrap_or(index.end).saturating_add(1);
-        let player = Arc::new(Player::new(index, true, 1.0, false, position));
-        player.go_to_start(&mut publisher, &events)?;
-        let played = PlayedRecording::new(player, board, panels, recording.display().to_string());
-        played.publish_state();
+        let at = at.unwrap_or(index.end);
+        let player = Arc::new(Player::new(index, true, 1.0, false, at.saturating_add(1)));
+        player.stand();
+        if let Some(error) = lookup::read(&player, at, asked, &mut publisher, &events)? {
+            notes.push(error.to_string());
+        }
+        let played = PlayedRecording::standing(player, board, panels, recording.display().to_string());
         let link = Link::open(&Settings::local(&name), Arc::new(played) as _, &events)?;
         Ok(Self { link, notes })
     }

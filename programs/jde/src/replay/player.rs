@@ -146,6 +146,18 @@ impl Player {
         self.restore(position, publisher, events).map(drop)
     }
 
+    /// Goes to the position where playing starts, and reads nothing: the caller [applies](Self::apply) what it needs.
+    pub(super) fn stand(&self) {
+        let position = self.controls.lock().seek.take();
+        let position = position.unwrap_or(self.index.begin);
+        self.position.store(position, Ordering::Relaxed);
+    }
+
+    /// Adds an entry to the state.
+    pub(super) fn apply(&self, next: &IndexEntry) {
+        self.state.lock().apply(next);
+    }
+
     /// Plays until it is stopped. If `to_the_end` is set, also returns at the end.
     pub(super) fn play(
         &self,

@@ -18,6 +18,7 @@ use serde_json::json;
 use super::{Context, Past, Target};
 use crate::complete;
 use crate::failure::Failure;
+use crate::replay::Asked;
 
 /// Number of lines of each kind that an application keeps.
 const MAX_HISTORY: usize = 1000;
@@ -57,7 +58,11 @@ pub(crate) struct Events {
 
 impl Events {
     pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
-        let _moment = self.past.serve(&mut self.target)?;
+        let asked = Asked::Records {
+            last: self.last.min(MAX_HISTORY),
+            all: self.all,
+        };
+        let _moment = self.past.serve(&mut self.target, &asked)?;
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let kinds: &[RecordKind] = if self.all {
             &RecordKind::ALL

@@ -15,6 +15,7 @@ use crate::complete;
 use crate::failure::Failure;
 use crate::remote::field::VariableField;
 use crate::remote::name;
+use crate::replay::Asked;
 
 /// Show the newest value of a variable, or of a field of it.
 #[derive(Args)]
@@ -38,7 +39,8 @@ pub(crate) struct Get {
 
 impl Get {
     pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
-        let _moment = self.past.serve(&mut self.target)?;
+        let asked = Asked::Values(self.variables.clone());
+        let _moment = self.past.serve(&mut self.target, &asked)?;
         let mut out = terminal::out();
         for requested in &self.variables {
             let (remote, requested) = context.resolve(&self.target, requested)?;

@@ -7,7 +7,7 @@ use jde_terminal as terminal;
 
 use super::Target;
 use crate::failure::{Failure, display_path};
-use crate::replay::{Moment, TIME_HELP};
+use crate::replay::{Asked, Moment, TIME_HELP};
 
 /// The recording that is asked.
 #[derive(Args)]
@@ -19,15 +19,16 @@ pub(crate) struct Past {
 }
 
 impl Past {
-    /// Serves the recording, if there is one, and lets the target name it. It can be asked as long as the result is kept.
+    /// Serves of the recording what is asked, if there is one, and lets the target name it. It can be asked as long as the
+    /// result is kept.
     ///
     /// # Errors
     /// It cannot be read, or --at is no time.
-    pub(super) fn serve(&self, target: &mut Target) -> Result<Option<Moment>, Failure> {
+    pub(super) fn serve(&self, target: &mut Target, asked: &Asked) -> Result<Option<Moment>, Failure> {
         let Some(file) = &self.recording else {
             return Ok(None);
         };
-        let moment = Moment::serve(file, time(target)?)?;
+        let moment = Moment::serve(file, time(target)?, asked)?;
         for note in &moment.notes {
             writeln!(terminal::err(), "{}: {note}", display_path(file))?;
         }

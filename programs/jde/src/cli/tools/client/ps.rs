@@ -8,6 +8,7 @@ use super::{Context, Past, Target};
 use crate::complete;
 use crate::failure::Failure;
 use crate::remote;
+use crate::replay::Asked;
 
 /// Show the hierarchy: the state, the health and the timing of each schema.
 #[derive(Args)]
@@ -30,7 +31,7 @@ pub(crate) struct Ps {
 
 impl Ps {
     pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
-        let _moment = self.past.serve(&mut self.target)?;
+        let _moment = self.past.serve(&mut self.target, &Asked::Hierarchy)?;
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         Ok(print_value(
             self.json,

@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::inspect::first_paragraph;
 use crate::remote::field::VariableField;
 use crate::remote::table::{Alignment, Cell, Table};
+use crate::replay::Asked;
 
 /// The size above which a value is not printed, bytes: that of an image or a map.
 const MAX_BYTES: usize = 1 << 20;
@@ -51,7 +52,7 @@ pub(crate) struct Vars {
 
 impl Vars {
     pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
-        let _moment = self.past.serve(&mut self.target)?;
+        let _moment = self.past.serve(&mut self.target, &Asked::Values(Vec::new()))?;
         let (remote, patterns) = context.resolve_all(&self.target, &self.patterns)?;
         let variables = select(&remote, patterns)?;
         if self.json {
