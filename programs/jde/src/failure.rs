@@ -15,6 +15,9 @@ use jde_terminal::escape::escape;
 
 pub(crate) use jde_session::failure::{Failure as RunFailure, describe_skipped_folders, display_path};
 
+/// The exit status of a verdict that nobody waited for: that of a program which a closed pipe ends by SIGPIPE.
+const UNREAD: u8 = 141;
+
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -30,6 +33,9 @@ pub(crate) enum Failure {
     /// A reload failed: the schemas keep running their previous builds.
     #[error("{0}")]
     NotReloaded(String),
+    /// The reader of the report closed the pipe before the verdict.
+    #[error("the reader stopped before the verdict")]
+    Unread,
     /// The requested event did not occur.
     #[error("{0}")]
     NoMatch(String),
@@ -119,11 +125,12 @@ impl Failure {
     }
 
     /// Prints the failure on standard error. Returns the exit status: 1 for a run that failed, 2 for wrong
-    /// use or a wrong application file, 3 for a plugin, 0 if the reader closed the pipe.
+    /// use or a wrong application file, 3 for a plugin, 0 if the reader closed the pipe, and 141 if a verdict was to follow.
     pub(crate) fn report(&self) -> ExitCode {
         let status = match self {
             Self::Run(failure) => return failure.report(),
             Self::Mismatch | Self::Promise => return ExitCode::from(1),
+            Self::Unread => return ExitCode::from(UNREAD),
             Self::NotReloaded(reason) => {
                 print_error(reason);
                 return ExitCode::from(1);

@@ -2,9 +2,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use crate::damaged::library;
 use crate::support::{RunOutput, app, jde_with_plugins, json, output_of, root};
+use jde_watchdog::Watchdog;
 
 /// Records a drive in lockstep.
 fn record(folder: &Path, options: &[&str]) -> String {
@@ -113,6 +115,23 @@ fn a_replay_reports_the_first_selection_that_a_changed_value_alters() {
     let until = format!("{}ms", (time * 1e3).floor() - 1.0);
     let same = replay(&file, &[&set[..], &["--to", &until]].concat());
     assert_eq!(same.status, Some(0), "{}", same.out);
+}
+
+#[test]
+fn a_reader_that_stops_does_not_turn_a_difference_into_success() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = record(folder.path(), &[]);
+    let _watchdog = Watchdog::for_test();
+    let mut command = jde_with_plugins(&["replay", "--decide", &file, "--set", "vff.ahead=0.5 m"]);
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    // The output may end before the verdict is known, or after it.
+    assert!(matches!(output.status.code(), Some(1 | 141)), "{output:?}");
 }
 
 #[test]

@@ -62,8 +62,42 @@ pub(super) enum Tool {
 }
 
 impl Tool {
-    /// Runs the verb. `filter` selects the log of verbs that run an application.
+    /// Runs the verb. `filter` selects the log of verbs that run an application. A reader that stops early does not turn a
+    /// verdict into success.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
+        let has_verdict = self.has_verdict();
+        self.run_verb(filter)
+            .map_err(|failure| match has_verdict && failure.is_closed_pipe() {
+                true => Failure::Unread,
+                false => failure,
+            })
+    }
+
+    /// Whether the exit status judges something.
+    fn has_verdict(&self) -> bool {
+        match self {
+            Self::Replay(replay) => replay.decides(),
+            Self::Experiment(_) | Self::Test(_) | Self::Check(_) | Self::Validate(_) => true,
+            Self::Run(_)
+            | Self::Info(_)
+            | Self::Plot(_)
+            | Self::Report(_)
+            | Self::Sim(_)
+            | Self::Describe(_)
+            | Self::Plugins(_)
+            | Self::New(_)
+            | Self::Completions(_)
+            | Self::Man(_)
+            | Self::Docs(_)
+            | Self::Client(_)
+            | Self::Shell(_)
+            | Self::Mcp(_)
+            | Self::View(_)
+            | Self::Web(_) => false,
+        }
+    }
+
+    fn run_verb(self, filter: Option<Filter>) -> Result<(), Failure> {
         match self {
             Self::Run(run) => run.run(filter),
             Self::Experiment(experiment) => experiment.run(filter),

@@ -77,6 +77,11 @@ pub(crate) struct Replay {
 }
 
 impl Replay {
+    /// Whether the schemas decide again.
+    pub(super) const fn decides(&self) -> bool {
+        self.decide
+    }
+
     /// Plays the recording, or decides it again.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         if !self.decide {
