@@ -146,6 +146,15 @@ impl Analysis {
 
     /// Remarks on what of the recording is missing.
     pub(crate) fn remarks(&self) -> Vec<String> {
+        let mut remarks = self.losses();
+        remarks.extend(self.left_out.lines());
+        remarks.extend(self.ending.remarks.iter().cloned());
+        remarks
+    }
+
+    /// Describes damage, missing parts, lost values and gaps.
+    #[must_use]
+    pub fn losses(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if let Some(damage) = &self.survey.damage {
             let place = damage.offset.map_or(String::new(), |offset| {
@@ -168,8 +177,6 @@ impl Analysis {
             remarks.push(format!("{lost} values were lost while it was recorded"));
         }
         remarks.extend(self.survey.gaps.iter().map(ToString::to_string));
-        remarks.extend(self.left_out.lines());
-        remarks.extend(self.ending.remarks.iter().cloned());
         remarks
     }
 

@@ -8,7 +8,8 @@ use clap::Args;
 use jde_core::Nanos;
 use jde_log::Recording;
 use jde_report::{Analysis, Wanted};
-use jde_terminal::ProgressLine;
+use jde_terminal::escape::escape;
+use jde_terminal::{self as terminal, ProgressLine, WARN};
 
 use crate::failure::{Failure, display_path};
 use crate::quantity;
@@ -64,6 +65,18 @@ impl TimeRange {
         }
         Ok(())
     }
+}
+
+/// Says on standard error what of a recording is damaged or lost.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn warn(recording: &Recording, losses: &[String]) -> Result<(), Failure> {
+    let file = display_path(recording.path());
+    for loss in losses {
+        writeln!(terminal::err(), "{WARN}{file}{WARN:#}: {}", escape(loss))?;
+    }
+    Ok(())
 }
 
 /// Reads a recording, and shows the progress on a terminal.

@@ -44,7 +44,7 @@ fn run_on(verb: &str, file: &Path, options: &[&str]) -> RunOutput {
 /// Runs a verb on a recording, which must succeed, and returns the content of its output file.
 fn written_by(verb: &str, file: &Path, extension: &str) -> Vec<u8> {
     let output = run_on(verb, file, &[]);
-    assert_eq!((output.status, output.err.as_str()), (Some(0), ""));
+    assert_eq!(output.status, Some(0), "{}", output.err);
     let written = file.with_extension(extension);
     assert!(
         output
@@ -195,7 +195,12 @@ fn plot_draws_named_numbers_and_suggests_names_for_unknown_ones() {
         ],
     );
     assert_eq!((drawn.status, drawn.err.as_str()), (Some(0), ""));
-    let with = fs::read(file.with_extension("png")).unwrap();
+    let name = "drive-pioneer.odometry.twist.twist.linear.x-goon.period-guide.mission.reached.png";
+    let with = fs::read(file.with_file_name(name)).unwrap();
+    assert!(drawn.out.starts_with("wrote "), "{}", drawn.out);
+    assert_eq!(written_by("plot", &file, "png"), without, "it is still there");
+    let again = run_on("plot", &file, &[]);
+    assert!(again.out.starts_with("replaced "), "{}", again.out);
     assert!(size(&with) == [1200, 800] && with != without);
     for (name, error) in [
         ("pioneer.odometri.x", "did you mean `pioneer.odometry`?"),
@@ -355,6 +360,10 @@ fn a_damaged_recording_is_reported_up_to_the_damage() {
     assert!(page.html.contains("ends too soon, at byte "), "{}", page.html);
     assert!(page.has("switches") && page.has("path"));
     size(&written_by("plot", &file, "png"));
+    for verb in ["plot", "report"] {
+        let err = run_on(verb, &file, &[]).err;
+        assert!(err.contains("ends too soon, at byte "), "{verb}: {err}");
+    }
     fs::write(&file, "no recording").unwrap();
     for verb in ["plot", "report"] {
         let none = run_on(verb, &file, &[]);

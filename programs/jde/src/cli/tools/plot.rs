@@ -31,7 +31,7 @@ pub(crate) struct Plot {
     /// Numbers to draw: SCHEMA.VARIABLE, followed by .FIELD if needed.
     #[arg(value_name = "VARIABLE.FIELD", add = ArgValueCompleter::new(complete::recorded_fields))]
     variables: Vec<String>,
-    /// The PNG file, or - for standard output. By default it is named after the recording.
+    /// The PNG file, or - for standard output. By default it is named after the recording and the variables.
     #[arg(short, long = "output", value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -44,12 +44,15 @@ pub(crate) struct Plot {
 impl Plot {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
-        let output = Output::resolve(self.output, &recording, "png", "picture")?;
-        output.write(&picture(&recording, &self.variables, self.time_range, self.size)?)
+        let output = Output::resolve(self.output, &recording, &self.variables, "png", "picture")?;
+        let (picture, losses) = picture(&recording, &self.variables, self.time_range, self.size)?;
+        analysis::warn(&recording, &losses)?;
+        output.write(&picture)
     }
 }
 
-/// Returns the picture of a recording as a PNG file: the path, or the named numbers, and the states.
+/// Returns the picture of a recording as a PNG file: the path, or the named numbers, and the states. And what of the
+/// recording is damaged or lost.
 ///
 /// # Errors
 /// The recording cannot be read, does not cover the range, has no such number, or nothing that can be drawn.
@@ -58,7 +61,7 @@ pub(crate) fn picture(
     variables: &[String],
     time_range: TimeRange,
     size: Size,
-) -> Result<Vec<u8>, Failure> {
+) -> Result<(Vec<u8>, Vec<String>), Failure> {
     let options = Wanted {
         columns: size.columns(),
         series: analysis::series(recording, variables)?,
@@ -75,5 +78,6 @@ pub(crate) fn picture(
         ));
     }
     let png = draw_recording(&analysis, size).png();
-    png.map_err(|error: PictureError| Failure::broken(error.to_string()))
+    let png = png.map_err(|error: PictureError| Failure::broken(error.to_string()))?;
+    Ok((png, analysis.losses()))
 }

@@ -32,21 +32,24 @@ pub(crate) struct Report {
 impl Report {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
-        let output = Output::resolve(self.output, &recording, "html", "page")?;
-        output.write(page(&recording, self.time_range)?.as_bytes())
+        let output = Output::resolve(self.output, &recording, &[], "html", "page")?;
+        let (page, losses) = page(&recording, self.time_range)?;
+        analysis::warn(&recording, &losses)?;
+        output.write(page.as_bytes())
     }
 }
 
-/// Returns the page of a recording.
+/// Returns the page of a recording, and what of that is damaged or lost.
 ///
 /// # Errors
 /// The recording cannot be read, or does not cover the range.
-pub(crate) fn page(recording: &Recording, time_range: TimeRange) -> Result<String, Failure> {
+pub(crate) fn page(recording: &Recording, time_range: TimeRange) -> Result<(String, Vec<String>), Failure> {
     let schemas = RecordedHierarchy::of_recording(recording).map_or(0, |cast| cast.schemas.len());
     let options = Wanted {
         columns: jde_report::columns(schemas),
         ..Wanted::default()
     };
     let analysis = analysis::read(recording, time_range, options)?;
-    Ok(jde_report::page(&analysis, &display_path(recording.path())))
+    let page = jde_report::page(&analysis, &display_path(recording.path()));
+    Ok((page, analysis.losses()))
 }

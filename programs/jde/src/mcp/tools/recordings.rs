@@ -74,7 +74,7 @@ pub(super) fn report(call: &Call<'_>, arguments: Report) -> Result<Answer, Failu
         width: PICTURE_SIZE.0,
         height: PICTURE_SIZE.1,
     };
-    let picture = plot::picture(&recording, &arguments.numbers, range, size)?;
+    let (picture, _) = plot::picture(&recording, &arguments.numbers, range, size)?;
     let is_within = |time_s: f64| {
         arguments.from_s.is_none_or(|from| from <= time_s) && arguments.to_s.is_none_or(|to| time_s <= to)
     };
@@ -100,7 +100,7 @@ pub(super) fn report(call: &Call<'_>, arguments: Report) -> Result<Answer, Failu
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned(),
-        report::page(&recording, range)?,
+        report::page(&recording, range)?.0,
     ))
 }
 
