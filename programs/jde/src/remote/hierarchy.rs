@@ -7,6 +7,7 @@ use jde_records::snapshot::{ReloadView, SchemaView, Snapshot};
 use jde_session::top::{self, text};
 use jde_terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 use jde_timeline::{Hierarchy, Item, OTHERS, Severity, health_severity, health_word, state_word};
+use serde_json::{Value, json};
 
 use super::table::{Alignment, Cell, Table};
 
@@ -15,6 +16,32 @@ use super::table::{Alignment, Cell, Table};
 /// # Errors
 /// The output cannot be written.
 pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<()> {
+    write_table(snapshot, false, output)
+}
+
+/// Writes the table of a recording, which has a dash for what no recording holds.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn write_recorded(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<()> {
+    write_table(snapshot, true, output)
+}
+
+/// Returns the hierarchy of a recording as JSON, which has `null` for what no recording holds: how long calls took, and the
+/// iterations of schemas whose turns are not in it, such as drivers.
+pub(crate) fn recorded_json(snapshot: &Snapshot) -> Value {
+    let mut json = json!(snapshot);
+    for schema in json["schemas"].as_array_mut().into_iter().flatten() {
+        schema["load"] = Value::Null;
+        schema["longest"] = Value::Null;
+        if schema["iterations"] == 0 {
+            schema["iterations"] = Value::Null;
+        }
+    }
+    json
+}
+
+fn write_table(snapshot: &Snapshot, is_recorded: bool, output: &mut dyn Write) -> io::Result<()> {
     let mut table = Table::new([
         ("schema", Alignment::Left),
         ("type", Alignment::Left),
@@ -45,14 +72,16 @@ pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<(
                     },
                 ]);
             }
-            Item::Schema(schema, _) => table.add_row(cells(&branch, &snapshot.schemas[schema])),
+            Item::Schema(schema, _) => {
+                table.add_row(cells(&branch, &snapshot.schemas[schema], is_recorded));
+            }
             Item::Others => table.add_row([Cell::from(OTHERS).styled(TITLE)]),
         }
     }
     table.write(output)
 }
 
-fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
+fn cells(branch: &str, view: &SchemaView, is_recorded: bool) -> Vec<Cell> {
     let style = match view.state {
         State::Winner => GOOD,
         State::Ready => WARN,
@@ -81,8 +110,14 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         text::format_setting(view.period).into(),
         view.measured
             .map_or(Cell::from("-"), |measured| text::format_duration(measured).into()),
-        format!("{:.0} %", view.load * 100.0).into(),
-        view.iterations.into(),
+        match is_recorded {
+            true => Cell::from("-"),
+            false => format!("{:.0} %", view.load * 100.0).into(),
+        },
+        match view.iterations {
+            0 if is_recorded => Cell::from("-"),
+            iterations => iterations.into(),
+        },
         bad(view.overruns),
         bad(view.refused),
         bad(view.faults),
@@ -133,5 +168,23 @@ mod tests {
             "{text}"
         );
         assert!(text.lines().all(|line| !line.ends_with(' ')), "{text}");
+    }
+
+    #[test]
+    fn what_no_recording_holds_is_not_shown_as_zero() {
+        let mut snapshot = navigation();
+        snapshot.schemas[0].iterations = 0;
+        snapshot.schemas[1].iterations = 7;
+        let mut out = Vec::new();
+        write_recorded(&snapshot, &mut out).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(!text.contains(" %"), "{text}");
+        let json = recorded_json(&snapshot);
+        let [first, second] = [0, 1].map(|place| &json["schemas"][place]);
+        assert!(
+            first["iterations"].is_null() && first["load"].is_null(),
+            "{first}"
+        );
+        assert_eq!(second["iterations"], 7);
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use jde_session::cli::print_value;
+use jde_session::cli::{print_json, print_value};
 
 use super::{Context, Past, Target};
 use crate::complete;
@@ -33,10 +33,12 @@ impl Ps {
     pub(crate) fn run(mut self, context: &Context) -> Result<(), Failure> {
         let _moment = self.past.serve(&mut self.target, &Asked::Hierarchy)?;
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
-        Ok(print_value(
-            self.json,
-            &remote.hierarchy()?,
-            remote::hierarchy::write,
-        )?)
+        let hierarchy = remote.hierarchy()?;
+        match (self.past.is_asked(), self.json) {
+            (false, json) => print_value(json, &hierarchy, remote::hierarchy::write)?,
+            (true, false) => print_value(false, &hierarchy, remote::hierarchy::write_recorded)?,
+            (true, true) => print_json(&remote::hierarchy::recorded_json(&hierarchy))?,
+        }
+        Ok(())
     }
 }
