@@ -8,7 +8,7 @@ use jde_abi::describe::Type;
 use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
-use jde_log::{Messages, RecordedMessage, TURNS_TOPIC, record};
+use jde_log::{Damage, Messages, RecordedMessage, TURNS_TOPIC, record};
 use jde_panel::Gesture;
 use jde_records::event::{Occurrence, What};
 use jde_records::turn::{INPUTS, RecordedTurn, Turn, TurnKind};
@@ -137,9 +137,7 @@ impl ReplayReader {
                 start: drive.start(),
                 read: 0,
                 at_end: false,
-                damage: recording
-                    .damage()
-                    .map(|damage| format!("it ends too soon, {damage}")),
+                damage: recording.damage().map(Damage::sentence),
                 time: 0,
                 steps: Steps::new(),
                 translation: Translation::new(drive, application),

@@ -143,6 +143,14 @@ pub struct Damaged {
     pub reason: String,
 }
 
+impl Damaged {
+    /// Whether the file ends there because a recorder still writes it.
+    #[must_use]
+    pub fn is_unfinished(&self) -> bool {
+        self.reason.ends_with(Damage::UNFINISHED)
+    }
+}
+
 impl From<Damage> for Damaged {
     fn from(Damage { offset, reason }: Damage) -> Self {
         Self { offset, reason }

@@ -13,7 +13,7 @@ mod sqlite;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fmt;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -77,6 +77,26 @@ pub struct Damage {
     pub offset: Option<u64>,
     /// What is wrong after them.
     pub reason: String,
+}
+
+impl Damage {
+    /// The reason of a file that a recorder still writes.
+    pub const UNFINISHED: &str = "it is still being written";
+
+    /// Whether the file ends there because a recorder still writes it.
+    #[must_use]
+    pub fn is_unfinished(&self) -> bool {
+        self.reason.ends_with(Self::UNFINISHED)
+    }
+
+    /// Says where the recording ends, and why: "it ends too soon, at byte 17: it was cut off".
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        match self.is_unfinished() {
+            true => Self::UNFINISHED.to_owned(),
+            false => format!("it ends too soon, {self}"),
+        }
+    }
 }
 
 /// Where and what: "at byte 17: it was cut off".
@@ -254,7 +274,12 @@ impl Recording {
         let number = self.parts.len();
         match source.form {
             Form::Mcap => {
-                let contents = mcap_file::read(source.path(), number, budget).map_err(failed(path))?;
+                let mut contents = mcap_file::read(source.path(), number, budget).map_err(failed(path))?;
+                if let Some(damage) = &mut contents.damage
+                    && is_being_written(path)
+                {
+                    Damage::UNFINISHED.clone_into(&mut damage.reason);
+                }
                 self.add_mcap(path, source, contents, budget)
             }
             Form::Sqlite => {
@@ -488,6 +513,11 @@ fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) 
         let lost = lost.entry(topic.clone()).or_default();
         *lost = number(lost).saturating_add(number(more)).to_string();
     }
+}
+
+/// Whether a recorder writes a file: it has locked it. Without locks this is not known.
+fn is_being_written(path: &Path) -> bool {
+    File::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {

@@ -122,3 +122,14 @@ fn a_chunk_whose_start_is_after_its_end_gives_times_in_order() {
         assert!(recording.messages().unwrap().count() > 0);
     }
 }
+
+#[test]
+fn a_file_that_is_being_written_is_not_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("written.mcap");
+    let recorder = Recorder::create(&file, options("bench", true)).unwrap();
+    let damage = Recording::open(&file).unwrap().damage().cloned();
+    assert!(damage.is_some_and(|damage| damage.is_unfinished()));
+    recorder.finish();
+    assert_eq!(Recording::open(&file).unwrap().damage(), None);
+}

@@ -17,7 +17,7 @@ mod trace;
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::Nanos;
-use jde_log::{LeftOut, ReadError, Recording, Survey, record};
+use jde_log::{Damaged, LeftOut, ReadError, Recording, Survey, record};
 use jde_records::Decision;
 use jde_timeline::{Hierarchy, HierarchyRow, Item, Timeline};
 use jde_types::Mission;
@@ -156,7 +156,10 @@ impl Analysis {
     #[must_use]
     pub fn losses(&self) -> Vec<String> {
         let mut remarks = Vec::new();
-        if let Some(damage) = &self.survey.damage {
+        let damage = self.survey.damage.as_ref();
+        if damage.is_some_and(Damaged::is_unfinished) {
+            remarks.push("the recording is still being written; only what it has so far is shown".to_owned());
+        } else if let Some(damage) = damage {
             let place = damage.offset.map_or(String::new(), |offset| {
                 format!(", at byte {offset} of {}", self.survey.bytes)
             });

@@ -158,8 +158,7 @@ impl Index {
 
     /// Describes the damage of the file, if it has any.
     pub(super) fn damage(&self) -> Option<String> {
-        let damage = self.recording.damage()?;
-        Some(format!("it ends too soon, {damage}"))
+        Some(self.recording.damage()?.sentence())
     }
 
     /// Describes what the recording has not.

@@ -97,14 +97,18 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
             Some(seconds) => format!("up to {seconds:.3} s"),
             None => "up to there, which contains no messages".to_owned(),
         };
-        write!(out, "{BAD}damaged")?;
-        if let Some(offset) = damage.offset {
-            write!(out, " at byte {offset}")?;
-            if survey.parts.is_none() {
-                write!(out, " of {}", survey.bytes)?;
+        if damage.is_unfinished() {
+            writeln!(out, "{WARN}still being written{WARN:#}: it can be read {until}")?;
+        } else {
+            write!(out, "{BAD}damaged")?;
+            if let Some(offset) = damage.offset {
+                write!(out, " at byte {offset}")?;
+                if survey.parts.is_none() {
+                    write!(out, " of {}", survey.bytes)?;
+                }
             }
+            writeln!(out, "{BAD:#}: {}; it can be read {until}", damage.reason)?;
         }
-        writeln!(out, "{BAD:#}: {}; it can be read {until}", damage.reason)?;
     }
     if !survey.topics.is_empty() {
         writeln!(out)?;

@@ -227,7 +227,7 @@ impl Selections {
     pub(crate) fn of_recording(file: &Path) -> Result<Self, Failure> {
         let recording = Recording::open(file)?;
         let damage = recording.damage();
-        let damage = damage.map(|damage| format!("it ends too soon, {damage}; the part before it is read"));
+        let damage = damage.map(|damage| format!("{}; the part before it is read", damage.sentence()));
         let gaps = recording.gaps().iter().map(ToString::to_string);
         let notes = damage.into_iter().chain(gaps).chain(recording.left_out().lines());
         let notes: Vec<String> = notes.collect();
