@@ -49,7 +49,8 @@ impl ReplayedDrive {
             path: path.display().to_string(),
             what: what.to_owned(),
         };
-        if let Some(gap) = recording.gaps().first() {
+        // Up to a time that cannot be read, it is replayed.
+        if let Some(gap) = recording.gaps().iter().find(|gap| !gap.damaged) {
             return Err(incomplete(&format!("it has a gap: {gap}")));
         }
         let start = recording

@@ -8,6 +8,7 @@ use jde_abi::describe::Type;
 use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
+use jde_log::part::Gap;
 use jde_log::{Damage, Messages, RecordedMessage, TURNS_TOPIC, record};
 use jde_panel::Gesture;
 use jde_records::event::{Occurrence, What};
@@ -42,6 +43,8 @@ pub(super) struct ReplayReader {
 struct Inner {
     messages: Messages,
     start: u64,
+    /// The first time that cannot be read, before which the replay ends.
+    gap: Option<Gap>,
     /// The time up to which the recording has been read.
     read: Nanos,
     at_end: bool,
@@ -135,6 +138,7 @@ impl ReplayReader {
             inner: Arc::new(Mutex::new(Inner {
                 messages: recording.messages()?,
                 start: drive.start(),
+                gap: recording.gaps().iter().min_by_key(|gap| gap.from).cloned(),
                 read: 0,
                 at_end: false,
                 damage: recording.damage().map(Damage::sentence),
@@ -287,7 +291,13 @@ impl Inner {
     fn read_one(&mut self) -> bool {
         match self.messages.next() {
             Some(Ok(message)) => {
-                self.read = message.log_time.saturating_sub(self.start);
+                let time = message.log_time.saturating_sub(self.start);
+                if let Some(gap) = self.gap.as_ref().filter(|gap| time >= gap.from) {
+                    self.damage = Some(gap.to_string());
+                    self.at_end = true;
+                    return false;
+                }
+                self.read = time;
                 self.process(&message);
                 true
             }

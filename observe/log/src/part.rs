@@ -99,7 +99,7 @@ impl Mark {
     }
 }
 
-/// A time of which a recording in parts has nothing, because the disk did not accept it.
+/// A time of which a recording has nothing: the disk did not accept it, or it cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Gap {
     /// The time since the application's start from which messages are missing, in ns.
@@ -110,6 +110,8 @@ pub struct Gap {
     pub lost: u64,
     /// What the system said.
     pub reason: String,
+    /// Whether it was recorded, and the file is damaged there. How many messages that were is not known.
+    pub damaged: bool,
 }
 
 impl Gap {
@@ -134,6 +136,7 @@ impl Gap {
             until: number("until_ns"),
             lost: number("lost")?,
             reason: metadata.get("reason")?.clone(),
+            damaged: false,
         })
     }
 }
@@ -142,6 +145,13 @@ impl Display for Gap {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let seconds = |time: u64| time as f64 / 1e9;
         let (from, lost) = (seconds(self.from), self.lost);
+        if let (true, Some(until)) = (self.damaged, self.until.map(seconds)) {
+            let reason = &self.reason;
+            return write!(
+                out,
+                "nothing can be read from {from:.3} s to {until:.3} s: {reason}"
+            );
+        }
         match self.until.map(seconds) {
             Some(until) => write!(out, "nothing is recorded from {from:.3} s to {until:.3} s")?,
             None => write!(out, "nothing is recorded from {from:.3} s on")?,

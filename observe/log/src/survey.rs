@@ -48,7 +48,7 @@ pub struct Survey {
     pub lost: BTreeMap<String, u64>,
     /// The names of the attached files.
     pub attachments: Vec<String>,
-    /// The times of which it has nothing, because the disk did not accept it.
+    /// The times of which it has nothing: the disk did not accept it, or the file is damaged there.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gaps: Vec<Gap>,
     /// Where the recording ends too early, if it does.

@@ -27,8 +27,18 @@ pub(super) struct FileContents {
     /// The names of attached files, and where they are.
     pub(super) attachments: Vec<(String, u64)>,
     pub(super) metadata: BTreeMap<String, BTreeMap<String, String>>,
+    /// Chunks that cannot be read, between others.
+    pub(super) unread: Vec<UnreadChunk>,
     /// `None` if the file is complete. The files of other programs may be complete without an index.
     pub(super) damage: Option<Damage>,
+}
+
+/// A chunk that is damaged: its offset, the log times of its first and its last message, and what is wrong.
+pub(super) struct UnreadChunk {
+    pub(super) offset: u64,
+    pub(super) start: u64,
+    pub(super) end: u64,
+    pub(super) reason: String,
 }
 
 /// Reads the index of a file, or scans the file.
@@ -83,6 +93,7 @@ fn read_index(file: &mut File, part: usize, budget: &mut Budget) -> io::Result<O
             .collect(),
         channels: summary.channels,
         metadata,
+        unread: Vec::new(),
         damage: None,
     }))
 }

@@ -50,7 +50,7 @@ pub struct Recording {
     /// For each attached file, by name: the index of its part, and its offset there.
     attached: BTreeMap<String, (usize, u64)>,
     damage: Option<Damage>,
-    /// What was not recorded, in the order of the parts.
+    /// What was not recorded or cannot be read, in the order of the parts.
     gaps: Vec<Gap>,
     left_out: LeftOut,
 }
@@ -370,7 +370,8 @@ impl Recording {
         self.damage.as_ref()
     }
 
-    /// Returns the times of which the recording has nothing, because the disk did not accept it.
+    /// Returns the times of which the recording has nothing, because the disk did not accept it, or because the file is
+    /// damaged there.
     #[must_use]
     pub fn gaps(&self) -> &[Gap] {
         &self.gaps
@@ -439,6 +440,17 @@ impl Recording {
         };
         self.gaps
             .extend(found.metadata.get(GAP).and_then(Gap::from_metadata));
+        // The times of gaps are those of the application.
+        let start = found.metadata.get("jde").or(self.metadata.get("jde"));
+        let start = start.and_then(|jde| jde.get("start_ns")?.parse::<u64>().ok());
+        let start = start.unwrap_or_else(|| found.chunks.iter().map(|chunk| chunk.start).min().unwrap_or(0));
+        self.gaps.extend(found.unread.into_iter().map(|chunk| Gap {
+            from: chunk.start.saturating_sub(start),
+            until: Some(chunk.end.saturating_sub(start)),
+            lost: 0,
+            reason: format!("the file is damaged at byte {}: {}", chunk.offset, chunk.reason),
+            damaged: true,
+        }));
         let sorted: BTreeMap<_, _> = found.channels.iter().collect();
         let mut channels = BTreeMap::new();
         let mut definitions = self.channels.definitions_of_file();

@@ -1,5 +1,5 @@
 //! Reads an MCAP file without an index from its beginning as far as it is intact: every record, with a check of every chunk's
-//! checksum. It passes over what needs not be in memory.
+//! checksum. A chunk whose contents are damaged is noted, and what follows it is read. It passes over what needs not be in memory.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -12,7 +12,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use mcap::{McapError, McapResult};
 
 use super::allowance::Allowance;
-use super::mcap_file::FileContents;
+use super::mcap_file::{FileContents, UnreadChunk};
 use super::{Chunk, Damage, MAX_RECORD, MessagePlace};
 
 /// The size of a record's header in bytes: the opcode and the length of the body.
@@ -26,6 +26,8 @@ const ALWAYS_ACCEPTED: usize = 64 << 20;
 const RUN_BYTES: u64 = 1 << 20;
 /// The part of a message before its data: channel, sequence and two times.
 const MESSAGE_HEADER: usize = 22;
+/// The most damaged chunks between others. A file with more is no recording with a few bad bytes.
+const MAX_UNREAD: usize = 1000;
 /// The longest name of an attached file, in bytes.
 const MAX_NAME: u32 = 4096;
 
@@ -161,14 +163,28 @@ fn one(
             let body = records.body(length)?;
             if let Record::Chunk { header, .. } = mcap::parse_record(opcode, &body)? {
                 let (mut result, mut messages) = (Ok(()), 0);
-                for_each_record(&body, |record| {
+                let unpacked = for_each_record(&body, |record| {
                     messages += 1;
                     if result.is_ok() {
                         result = channels.add(record);
                     }
                     Ok(())
-                })?;
+                });
                 result?;
+                match unpacked {
+                    Ok(()) => {}
+                    // Chunks do not need each other.
+                    Err(error) if is_damage(&error) && contents.unread.len() < MAX_UNREAD => {
+                        contents.unread.push(UnreadChunk {
+                            offset,
+                            start: header.message_start_time,
+                            end: header.message_end_time,
+                            reason: error_text(&error),
+                        });
+                        return Ok(true);
+                    }
+                    Err(error) => return Err(error.into()),
+                }
                 let taken = records.allowance.take(length, header.uncompressed_size, messages);
                 taken.map_err(Stop::Wrong)?;
                 budget.hold(size_of::<Chunk>())?;
@@ -225,6 +241,14 @@ fn one(
         _ => records.skip(length)?,
     }
     Ok(true)
+}
+
+/// Whether a chunk has other bytes than were written, so that its contents cannot be unpacked or are others.
+const fn is_damage(error: &McapError) -> bool {
+    matches!(
+        error,
+        McapError::BadChunkCrc { .. } | McapError::DecompressionError(_) | McapError::Io(_)
+    )
 }
 
 /// Returns whether a file without index entries is complete: after the end of its data it has a footer and

@@ -134,6 +134,7 @@ impl ContinuousSink {
                 until: None,
                 lost,
                 reason,
+                damaged: false,
             },
             next_try: Instant::now() + FIRST_WAIT,
             wait: FIRST_WAIT,
@@ -235,6 +236,7 @@ impl ContinuousSink {
                 until: Some(until),
                 lost,
                 reason: error.to_string(),
+                damaged: false,
             };
             split.add_gap(gap.clone());
             if self.may_report() {

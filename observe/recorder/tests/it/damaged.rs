@@ -133,3 +133,36 @@ fn a_file_that_is_being_written_is_not_damaged() {
     recorder.finish();
     assert_eq!(Recording::open(&file).unwrap().damage(), None);
 }
+
+#[test]
+fn a_damaged_chunk_does_not_hide_those_behind_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file);
+    let mut bytes = std::fs::read(&file).unwrap();
+    let (mut position, mut chunks) = (8, Vec::new());
+    while position + 9 < bytes.len() {
+        let body = position + 9;
+        let length = u64::from_le_bytes(bytes[position + 1..body].try_into().unwrap()) as usize;
+        if bytes[position] == mcap::records::op::CHUNK {
+            chunks.push((body, length));
+        }
+        position = body + length;
+    }
+    let [_, (body, length), .., (last, last_length)] = chunks[..] else {
+        panic!("{} chunks", chunks.len());
+    };
+    bytes[body + length / 2] ^= 0x40;
+    // Without an index, as of a recorder that was killed.
+    std::fs::write(&file, &bytes[..last + last_length]).unwrap();
+    let recording = Recording::open(&file).unwrap();
+    let [gap] = recording.gaps() else {
+        panic!("{:?}", recording.gaps());
+    };
+    assert!(gap.to_string().contains("nothing can be read from "), "{gap}");
+    let messages = recording.messages().unwrap().map(Result::unwrap);
+    let times: Vec<_> = messages.map(|message| message.log_time).collect();
+    let until = gap.until.unwrap();
+    assert!(times.iter().any(|time| *time < gap.from) && times.contains(&(until + 1)));
+    assert!(!times.iter().any(|time| (gap.from..=until).contains(time)));
+}
