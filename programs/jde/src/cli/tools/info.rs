@@ -110,6 +110,17 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
             writeln!(out, "{BAD:#}: {}; it can be read {until}", damage.reason)?;
         }
     }
+    let lost = survey
+        .lost
+        .values()
+        .fold(0_u64, |all, lost| all.saturating_add(*lost));
+    if lost > 0 {
+        let all = lost.saturating_add(survey.messages);
+        writeln!(out, "{WARN}{lost} lost{WARN:#} of {all} while it was recorded")?;
+    }
+    for gap in &survey.gaps {
+        writeln!(out, "{WARN}gap{WARN:#}: {gap}")?;
+    }
     if !survey.topics.is_empty() {
         writeln!(out)?;
         topic_table(survey).write(out)?;
@@ -138,11 +149,7 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     for (topic, lost) in survey.lost.iter().take(MAX_LINES) {
         writeln!(out, "{WARN}{lost} lost{WARN:#} of {}", escape(topic))?;
     }
-    write_more(survey.lost.len(), "topics with lost values", out)?;
-    for gap in &survey.gaps {
-        writeln!(out, "{WARN}gap{WARN:#}: {gap}")?;
-    }
-    Ok(())
+    write_more(survey.lost.len(), "topics with lost values", out)
 }
 
 /// Writes how many things of a list are not shown.

@@ -23,7 +23,7 @@ use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
 use jde_session::summary;
 use jde_terminal::interrupt::SignalListener;
-use jde_terminal::{self as terminal, FAINT};
+use jde_terminal::{self as terminal, FAINT, WARN};
 
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
@@ -153,8 +153,17 @@ impl Record {
         let recorded = recording_summary(&self.file, is_triggered, recorder.finish());
         let mut out = terminal::out();
         summary::print_recording(&recorded, &mut out)?;
-        for (topic, lost) in recorder.status().lost_by_topic {
+        let status = recorder.status();
+        for (topic, lost) in &status.lost_by_topic {
             writeln!(out, "  {topic}: {lost} lost")?;
+        }
+        if status.lost > 0 {
+            let all = status.lost.saturating_add(status.written);
+            writeln!(
+                out,
+                "{WARN}{} of {all} messages were lost{WARN:#}; `jde run --record` on the robot loses less, and so do fewer variables",
+                status.lost
+            )?;
         }
         out.flush()?;
         recorded.check_complete()?;
