@@ -151,24 +151,35 @@ pub(super) fn print_verdict(
     }
     let until = verdict.until as f64 / 1e9;
     let stopped = if stopped { ", where it was stopped" } else { "" };
-    let selections = format_share(comparison.different, comparison.same, "selection");
-    let values = values.map(|values: &Values| format_share(values.different, values.same, "value"));
-    let all: Vec<_> = [Some(selections), values].into_iter().flatten().collect();
-    let all = all.join(" and ");
+    let selections = (comparison.different, comparison.same, "selection");
+    let values = values.map(|values: &Values| (values.different, values.same, "value"));
+    let compared = || [Some(selections), values].into_iter().flatten();
+    let shares = |differ: bool| {
+        let shares = compared().filter(|(different, ..)| (*different > 0) == differ);
+        let shares = shares.map(|(different, same, what)| format_share(different, same, what));
+        shares.collect::<Vec<_>>().join(" and ")
+    };
+    let (same, different) = (shares(false), shares(true));
     if verdict.is_same() {
         writeln!(
             output,
-            "{GOOD}same{GOOD:#}: {all} equal the recorded ones, until {until:.1} s{stopped}"
+            "{GOOD}same{GOOD:#}: {same} equal the recorded ones, until {until:.1} s{stopped}"
         )
     } else {
-        let note = if verdict.reloads.is_empty() {
-            ""
-        } else {
-            "; the changed builds may be the reason"
+        let is_incomplete =
+            verdict.lost_steps > 0 || !verdict.missed.is_empty() || !verdict.unknown.is_empty();
+        let note = match (verdict.reloads.is_empty(), is_incomplete) {
+            (false, _) => "; the changed builds may be the reason",
+            (true, true) => "; what the recording has lost may be the reason",
+            (true, false) => "",
+        };
+        let equal = match same.as_str() {
+            "" => String::new(),
+            same => format!(", and {same} equal them"),
         };
         writeln!(
             output,
-            "{BAD}different{BAD:#}: {all} differ from the recorded ones, until {until:.1} s{stopped}{note}"
+            "{BAD}different{BAD:#}: {different} differ from the recorded ones{equal}, until {until:.1} s{stopped}{note}"
         )
     }
 }

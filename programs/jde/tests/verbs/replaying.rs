@@ -142,6 +142,12 @@ fn a_replay_reports_a_different_command_although_the_selections_are_equal() {
     let set = ["--set", "goon.fast=0.39 m/s"];
     let different = replay(&file, &set);
     assert_eq!(different.status, Some(1), "{}{}", different.out, different.err);
+    let equal = " values differ from the recorded ones, and ";
+    assert!(
+        different.out.contains(equal) && different.out.contains(" selections equal them, until "),
+        "{}",
+        different.out
+    );
     let verdict = json(&replay(&file, &[&set[..], &["--json"]].concat()).out);
     assert_eq!(verdict["different"], 0, "{verdict}");
     let first = &verdict["values"]["first"][0];
