@@ -70,8 +70,14 @@ impl RecordingReader {
 
     /// Describes where the recording is damaged.
     pub(crate) fn damage(&self) -> Option<String> {
-        let damage = self.recording.damage()?;
-        Some(format!("{} is damaged {damage}", self.path))
+        let damage = self
+            .recording
+            .damage()
+            .map(|damage| format!("is damaged {damage}"));
+        let gaps = self.recording.gaps().iter().filter(|gap| gap.damaged);
+        let gaps = gaps.map(|gap| format!("has a gap: {gap}"));
+        let all: Vec<_> = damage.into_iter().chain(gaps).collect();
+        (!all.is_empty()).then(|| format!("{} {}", self.path, all.join(", and ")))
     }
 
     /// Returns the variable of a channel, if its values can be read.
