@@ -4,6 +4,7 @@
 
 mod allowance;
 mod channel;
+mod damage;
 mod mcap_file;
 mod messages;
 pub(crate) mod scan;
@@ -12,8 +13,7 @@ mod sqlite;
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::fmt;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -26,6 +26,8 @@ use crate::bag;
 use crate::part::{self, BEGINS, BYTE, Found, GAP, Gap, Mark, PART};
 pub use channel::Channel;
 use channel::Channels;
+pub use damage::Damage;
+use damage::is_being_written;
 pub use messages::Messages;
 pub(crate) use source::is_of_bag;
 use source::{Form, Source};
@@ -68,45 +70,6 @@ pub struct RecordedMessage {
     pub sequence: u32,
     /// Its bytes.
     pub data: Vec<u8>,
-}
-
-/// Where a recording ends too early.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Damage {
-    /// The number of intact bytes from the beginning of the file. `None` for a database, which has no order of its bytes.
-    pub offset: Option<u64>,
-    /// What is wrong after them.
-    pub reason: String,
-}
-
-impl Damage {
-    /// The reason of a file that a recorder still writes.
-    pub const UNFINISHED: &str = "it is still being written";
-
-    /// Whether the file ends there because a recorder still writes it.
-    #[must_use]
-    pub fn is_unfinished(&self) -> bool {
-        self.reason.ends_with(Self::UNFINISHED)
-    }
-
-    /// Says where the recording ends, and why: "it ends too soon, at byte 17: it was cut off".
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        match self.is_unfinished() {
-            true => Self::UNFINISHED.to_owned(),
-            false => format!("it ends too soon, {self}"),
-        }
-    }
-}
-
-/// Where and what: "at byte 17: it was cut off".
-impl fmt::Display for Damage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.offset {
-            Some(offset) => write!(f, "at byte {offset}: {}", self.reason),
-            None => write!(f, "after what can be read: {}", self.reason),
-        }
-    }
 }
 
 /// What to do with a bag that is none of ROS 2 in MCAP or SQLite.
@@ -525,11 +488,6 @@ fn add_up(lost: &mut BTreeMap<String, String>, more: &BTreeMap<String, String>) 
         let lost = lost.entry(topic.clone()).or_default();
         *lost = number(lost).saturating_add(number(more)).to_string();
     }
-}
-
-/// Whether a recorder writes a file: it has locked it. Without locks this is not known.
-fn is_being_written(path: &Path) -> bool {
-    File::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 fn failed(path: &Path) -> impl Fn(io::Error) -> ReadError {
