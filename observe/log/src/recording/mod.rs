@@ -34,6 +34,8 @@ use source::{Form, Source};
 
 /// The name of the metadata with the number of values lost during recording, by topic.
 const LOST: &str = "jde/lost";
+/// The beginning of what is wrong with a file that grows still, and with no other one that is being written.
+const CUT_OFF: &str = "it was cut off";
 /// The largest record of a file, packed or not, in bytes. The whole record is in memory at once, and recorders fill chunks of
 /// a few megabytes.
 const MAX_RECORD: usize = 128 << 20;
@@ -239,6 +241,7 @@ impl Recording {
             Form::Mcap => {
                 let mut contents = mcap_file::read(source.path(), number, budget).map_err(failed(path))?;
                 if let Some(damage) = &mut contents.damage
+                    && damage.reason.starts_with(CUT_OFF)
                     && is_being_written(path)
                 {
                     Damage::UNFINISHED.clone_into(&mut damage.reason);

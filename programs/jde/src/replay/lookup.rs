@@ -99,6 +99,7 @@ fn newest_values(
     if topics.is_empty() {
         return Ok((Vec::new(), None));
     }
+    let mut shorter = BTreeMap::new();
     for (from, is_last) in searches(index, at) {
         let (mut newest, mut ended) = (BTreeMap::new(), None);
         let entries = index.entries_of(from..=at, |channel| {
@@ -110,9 +111,14 @@ fn newest_values(
                 Err(error) => ended = Some(error),
             }
         }
+        // A search ends at a damaged place; what a shorter one found is behind it, and newer.
+        if ended.is_some() {
+            newest.append(&mut shorter);
+        }
         if is_last || newest.len() == topics.len() {
             return Ok((newest.into_values().collect(), ended));
         }
+        shorter = newest;
     }
     Ok((Vec::new(), None))
 }
@@ -147,6 +153,7 @@ fn last_records(
     if last == 0 {
         return Ok((Vec::new(), None));
     }
+    let mut shorter = Vec::new();
     for (from, is_last) in searches(index, at) {
         let mut kept: [VecDeque<(u64, RunRecord)>; 3] = Default::default();
         let (mut count, mut ended) = (0, None);
@@ -169,11 +176,18 @@ fn last_records(
         }
         let is_full =
             |kind: RecordKind| kept[kind as usize].len() == last || (kind == RecordKind::State && !all);
-        if is_last || RecordKind::ALL.into_iter().all(is_full) {
-            let mut records: Vec<_> = kept.into_iter().flatten().collect();
-            records.sort_by_key(|(number, _)| *number);
-            return Ok((records.into_iter().map(|(_, record)| record).collect(), ended));
+        let is_done = is_last || RecordKind::ALL.into_iter().all(is_full);
+        let mut records: Vec<_> = kept.into_iter().flatten().collect();
+        records.sort_by_key(|(number, _)| *number);
+        let records: Vec<_> = records.into_iter().map(|(_, record)| record).collect();
+        // A search ends at a damaged place; the last records are those that a shorter one found behind it.
+        if ended.is_some() && !shorter.is_empty() {
+            return Ok((shorter, ended));
         }
+        if is_done {
+            return Ok((records, ended));
+        }
+        shorter = records;
     }
     Ok((Vec::new(), None))
 }

@@ -59,10 +59,15 @@ impl Moment {
         let events = Events::of_records();
         // No other process finds it by its application's name.
         let name = unique_name(&index.application, std::process::id());
+        let is_timed = at.is_some();
         let at = at.unwrap_or(index.end);
         let player = Arc::new(Player::new(index, true, 1.0, false, at.saturating_add(1)));
         player.stand();
         if let Some(error) = lookup::read(&player, at, asked, &mut publisher, &events)? {
+            // A state needs every record until its time.
+            if is_timed && matches!(asked, Asked::Hierarchy) {
+                return Err(error.into());
+            }
             notes.push(error.to_string());
         }
         let played = PlayedRecording::standing(player, board, panels, recording.display().to_string());

@@ -77,6 +77,7 @@ impl Tool {
     fn has_verdict(&self) -> bool {
         match self {
             Self::Replay(replay) => replay.decides(),
+            Self::Client(client) => client.has_verdict(),
             Self::Experiment(_) | Self::Test(_) | Self::Check(_) | Self::Validate(_) => true,
             Self::Run(_)
             | Self::Info(_)
@@ -89,7 +90,6 @@ impl Tool {
             | Self::Completions(_)
             | Self::Man(_)
             | Self::Docs(_)
-            | Self::Client(_)
             | Self::Shell(_)
             | Self::Mcp(_)
             | Self::View(_)

@@ -61,6 +61,14 @@ pub(crate) enum Client {
 }
 
 impl Client {
+    /// Whether the exit status judges something.
+    pub(crate) const fn has_verdict(&self) -> bool {
+        matches!(
+            self,
+            Self::Ready(_) | Self::Stop(_) | Self::Reload(_) | Self::Record(_)
+        )
+    }
+
     /// Runs the verb.
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let ran = match self {
