@@ -22,6 +22,11 @@ export class Curves {
   /** Takes a value, and offers a button for each of its numbers. */
   add(value, place) {
     this.#now = Math.max(this.#now, value.time_s);
+    // What was taken back has no curve.
+    const present = new Set(value.numbers.map(([field]) => (field ? `${value.name}.${field}` : value.name)));
+    for (const [name, points] of this.#shown) {
+      if ((name === value.name || name.startsWith(`${value.name}.`)) && !present.has(name)) points.length = 0;
+    }
     for (const [field, number] of value.numbers) {
       const name = field ? `${value.name}.${field}` : value.name;
       if (!this.#buttons.has(name)) this.#offer(name, field, place);

@@ -19,7 +19,12 @@ export function button(label, press) {
 }
 const theme = matchMedia("(prefers-color-scheme: dark)");
 let style = null;
-theme.addEventListener("change", () => { style = null; });
+/** What draws each plane again, for as long as it is on the page. */
+const planes = new WeakMap();
+theme.addEventListener("change", () => {
+  style = null;
+  for (const canvas of document.querySelectorAll(".plane canvas")) planes.get(canvas)?.();
+});
 const ink = (name) => (style ??= getComputedStyle(document.documentElement)).getPropertyValue(INKS[name] ?? "--text");
 const colorOf = (color) => (color.exact ? `rgb(${color.exact.slice(0, 3).join(" ")} / ${color.exact[3] / 255})` : ink(color.ink));
 
@@ -58,6 +63,8 @@ export class Plane {
   #fingers = new Map();
   #place = null;
   #drag = null;
+  /** How far the pointer went since it went down, pixels. */
+  #travel = 0;
 
   /** `touch` is called with gestures in metres, and only if the plane wants them. */
   constructor(label, touch) {
@@ -81,10 +88,11 @@ export class Plane {
     this.#canvas.addEventListener("pointermove", (event) => this.#move(event));
     for (const end of ["pointerup", "pointercancel"]) this.#canvas.addEventListener(end, (event) => this.#up(event, end === "pointerup"));
     this.#canvas.addEventListener("click", (event) => {
-      if (this.#content?.wants.clicks) this.touch({ clicked: { at: this.#at(event), button: "primary" } });
+      // What ends a pan or a drag is no click.
+      if (this.#travel <= 6 && this.#content?.wants.clicks) this.touch({ clicked: { at: this.#at(event), button: "primary" } });
     });
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
-    theme.addEventListener("change", () => this.#draw());
+    planes.set(this.#canvas, () => this.#draw());
   }
 
   /** Shows a canvas of a panel. */
@@ -107,6 +115,7 @@ export class Plane {
   }
 
   #down(event) {
+    if (event.isPrimary) this.#travel = 0;
     this.#fingers.set(event.pointerId, [event.clientX, event.clientY]);
     if (event.pointerType === "mouse" || this.#content?.wants.drags) this.#canvas.setPointerCapture(event.pointerId);
     if (this.#content?.wants.drags && this.#fingers.size === 1) this.#drag = this.#at(event);
@@ -116,6 +125,7 @@ export class Plane {
     const before = this.#fingers.get(event.pointerId);
     if (!before) return;
     const now = [event.clientX, event.clientY];
+    this.#travel += Math.hypot(now[0] - before[0], now[1] - before[1]);
     const others = [...this.#fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
     this.#fingers.set(event.pointerId, now);
     if (this.#drag && !others.length) return this.#dragged(event, false);

@@ -1,5 +1,5 @@
-// The page's connection and what its buttons order. The authority is the socket's: the token is shown on it once, and is
-// in no address and in no request.
+// The page's connection and what its buttons order. The authority is the socket's: the page shows the token on it once, and
+// sends it in no request of its own.
 import { View } from "/view.js";
 import { Pad } from "/pad.js";
 
@@ -7,6 +7,10 @@ const ALIVE_MS = 3000;
 const SILENT_MS = 1500;
 const DEAD_MS = 4000;
 const ANSWER_MS = 1000;
+/** A stop that nobody has acknowledged is asked for again after this time. */
+const ASK_AGAIN_MS = 2000;
+/** By then the state shows that the robot is stopped, unless somebody let it go on. */
+const STOPPED_MS = 2000;
 const byId = (id) => document.getElementById(id);
 
 let socket = null;
@@ -16,6 +20,7 @@ let lastMessage = 0;
 /** Why the robot sent this page away, until the next connection. */
 let refusal = "";
 /** Whether the robot has shown the stop that this page ordered last. */
+let stoppedAt = -Infinity;
 let isStopSeen = false;
 let retry = 0;
 let nextId = 1;
@@ -126,14 +131,14 @@ function take(message) {
       view.look();
       break;
     case "state":
-      lastState = performance.now();
       view.state(message);
       if (message.stopped) isStopSeen = true;
-      else if (isStopSeen && !stop) {
+      else if (!stop && (isStopSeen || performance.now() - stoppedAt > STOPPED_MS)) {
         isStopSeen = false;
         if (byId("stop-text").textContent.startsWith("Stopped at")) sayStop("", "plain");
       }
       pad.setDrivers(message.driving, view.by);
+      lastState = performance.now();
       break;
     case "tick":
       pad.setTick(message.n);
@@ -175,22 +180,24 @@ function sayStop(text, severity) {
 }
 
 function sendStop() {
+  stop.sentAt = performance.now();
   stop.isSent = send({ do: "stop-all", id: stop.id });
 }
 
 function pressStop() {
   pad.release("released: everything is stopped");
   isStopSeen = false;
-  if (!stop) stop = { id: nextId++, since: performance.now(), isSent: false, failure: "", askAt: 0 };
-  // Pressing again while the robot answers asks for nothing new.
-  if (!stop.isSent) sendStop();
+  if (!stop) stop = { id: nextId++, since: performance.now(), sentAt: -Infinity, isSent: false, failure: "", askAt: 0 };
+  // Pressing again while the robot answers asks again, but not faster than it takes orders.
+  if (!stop.isSent || performance.now() - stop.sentAt > 300) sendStop();
   if (!socket) connect();
   showStop();
 }
 
 function showStop() {
   if (!stop) return;
-  if (!stop.isSent && right !== null && performance.now() >= stop.askAt) sendStop();
+  const isDue = !stop.isSent || performance.now() - stop.sentAt > ASK_AGAIN_MS;
+  if (isDue && right !== null && performance.now() >= stop.askAt) sendStop();
   const waited = (performance.now() - stop.since) / 1000;
   if (stop.failure) sayStop(`NOT stopped: ${stop.failure}. It is asked again. Use the switch of the robot.`, "bad");
   else if (stop.isSent && waited * 1000 < ANSWER_MS) sayStop("Stopping", "plain");
@@ -200,6 +207,7 @@ function showStop() {
 
 function stopAnswered({ ok, text }) {
   if (ok) {
+    stoppedAt = performance.now();
     sayStop(`Stopped at ${new Date().toLocaleTimeString()}`, "plain");
     stop = null;
   } else {

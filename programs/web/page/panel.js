@@ -5,13 +5,16 @@ import { Plane, button, element, plot, setText } from "/draw.js";
 const rounded = (value) => String(Number(value.toPrecision(4)));
 const WORDS = { plain: "", heading: "heading", faint: "faint", good: "good", warning: "warning", error: "bad", code: "code" };
 
+/** Gestures that wait while one is under way. */
+const MOST_WAITING = 8;
+
 export class Panel {
   #structure = "";
   #updates = [];
   #touch;
   #mayOperate;
   #isWaiting = false;
-  #next = null;
+  #next = [];
 
   /** `touch(gesture, done)` passes a gesture on, and calls `done` with its outcome. */
   constructor(label, touch, mayOperate) {
@@ -35,19 +38,24 @@ export class Panel {
     shown.flatMap(flat).forEach((item, at) => this.#updates[at](Object.values(item)[0]));
   }
 
-  /** Passes a gesture on. Of several while one is under way, the newest counts. */
+  /** Passes a gesture on. Of a movement the newest place counts; a press and the end of a drag are not left out. */
   #send(widget, touch) {
     if (this.#isWaiting) {
-      this.#next = [widget, touch];
+      const last = this.#next.at(-1);
+      if (last?.[0] === widget && (last[1].moved !== undefined || last[1].dragged?.ended === false)) this.#next.pop();
+      if (this.#next.length < MOST_WAITING) this.#next.push([widget, touch]);
       return;
     }
     this.#isWaiting = true;
     this.#touch({ widget, touch }, (ok, text) => {
-      this.#isWaiting = false;
       setText(this.answer, ok ? "" : `Refused: ${text}`);
-      const next = this.#next;
-      this.#next = null;
-      if (next) this.#send(...next);
+      if (!ok) this.#next.length = 0;
+      // No faster than the robot takes messages of a page.
+      setTimeout(() => {
+        this.#isWaiting = false;
+        const next = this.#next.shift();
+        if (next) this.#send(...next);
+      }, 40);
     });
   }
 

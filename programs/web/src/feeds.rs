@@ -159,7 +159,7 @@ impl Feeds {
         let mut closed = Vec::new();
         self.open.lock().retain(|topic, feed| {
             let is_kept = chosen.contains(topic) && feed.subscriptions.is_some();
-            if !is_kept && !left_out.contains(topic) {
+            if !is_kept {
                 closed.push(Arc::clone(feed));
             }
             is_kept

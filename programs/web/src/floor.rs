@@ -33,7 +33,7 @@ const MAX_POINTS: usize = 360;
 pub(crate) struct Floor {
     drive: DriveTimeline,
     /// The newest scan of each robot, in its own frame.
-    scans: Vec<Vec<[f64; 2]>>,
+    scans: Vec<(u64, Vec<[f64; 2]>)>,
     /// By variable.
     targets: BTreeMap<String, [f64; 2]>,
     ways: BTreeMap<String, Vec<[f64; 2]>>,
@@ -78,7 +78,7 @@ pub(crate) fn open(model: &Model) -> Result<(Vec<Subscription>, Arc<Mutex<Floor>
     }
     let floor = Arc::new(Mutex::new(Floor {
         drive: DriveTimeline::new(robots.clone(), None, 0),
-        scans: vec![Vec::new(); robots.len()],
+        scans: vec![(0, Vec::new()); robots.len()],
         targets: BTreeMap::new(),
         ways: BTreeMap::new(),
         things: BTreeMap::new(),
@@ -115,19 +115,25 @@ pub(crate) fn open(model: &Model) -> Result<(Vec<Subscription>, Arc<Mutex<Floor>
         opening.watch(&robot.body, SLOW, move |floor, _, body: Option<Body>| {
             floor.drive.robots[place].body = body;
         })?;
-        opening.watch(&robot.laser, MOTION, move |floor, _, scan: Option<LaserScan>| {
-            let body = floor.drive.robots[place].body;
-            floor.scans[place] = scan.map_or_else(Vec::new, |scan| {
-                let mount = body.map_or(Pose2D::ORIGIN, |body| body.laser(scan.header.frame_id.as_str()));
-                let mut points: Vec<_> = scan
-                    .points()
-                    .map(|point| on(&mount, [point.x, point.y]))
-                    .collect();
-                let step = points.len().div_ceil(MAX_POINTS).max(1);
-                panel::thin(&mut points, step);
-                points
-            });
-        })?;
+        opening.watch(
+            &robot.laser,
+            MOTION,
+            move |floor, sample, scan: Option<LaserScan>| {
+                let body = floor.drive.robots[place].body;
+                floor.advance(sample.time);
+                let points = scan.map_or_else(Vec::new, |scan| {
+                    let mount = body.map_or(Pose2D::ORIGIN, |body| body.laser(scan.header.frame_id.as_str()));
+                    let mut points: Vec<_> = scan
+                        .points()
+                        .map(|point| on(&mount, [point.x, point.y]))
+                        .collect();
+                    let step = points.len().div_ceil(MAX_POINTS).max(1);
+                    panel::thin(&mut points, step);
+                    points
+                });
+                floor.scans[place] = (sample.time, points);
+            },
+        )?;
     }
     opening.each("", |floor, name, target: Option<Target>| {
         let target = target.filter(|target| target.set.get());
@@ -284,11 +290,14 @@ impl Floor {
                 });
             }
         }
-        for (robot, scan) in self.drive.robots.iter().zip(&self.scans) {
+        for (robot, (at, scan)) in self.drive.robots.iter().zip(&self.scans) {
             let Some(pose) = robot.pose.filter(|pose| is_placed(&[pose.x, pose.y])) else {
                 continue;
             };
-            let points = scan.iter().map(|point| on(&pose, *point)).collect();
+            // An old scan does not go with the robot.
+            let is_new = self.time.saturating_sub(*at) <= SAME_TIME;
+            let seen = scan.iter().filter(|_| is_new);
+            let points = seen.map(|point| on(&pose, *point)).collect();
             shapes.push(Shape::Points {
                 points,
                 stroke: stroke(Ink::Seen, 3.0),

@@ -82,6 +82,24 @@ impl Order {
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| format!("the message is none of this page: {error}"))
     }
+
+    /// Returns the number under which the page waits for an answer.
+    pub(crate) const fn id(&self) -> Option<u64> {
+        match self {
+            Self::StopAll { id }
+            | Self::ReleaseAll { id }
+            | Self::Play { id, .. }
+            | Self::Stop { id, .. }
+            | Self::Release { id, .. }
+            | Self::Touch { id, .. } => Some(*id),
+            Self::Enter { .. }
+            | Self::Alive {}
+            | Self::Look { .. }
+            | Self::Taken {}
+            | Self::Drive(_)
+            | Self::LetGo {} => None,
+        }
+    }
 }
 
 /// Returns the name of a person as others see it, from what the page sent and the address that it has: `ana@10.0.0.7`.

@@ -86,7 +86,12 @@ fn lessen(items: &mut [Item], step: usize, shrink: usize, images: &mut Vec<Value
     for item in items {
         match item {
             Item::Row { items } | Item::Group { items, .. } => lessen(items, step, shrink, images),
-            Item::Plot { traces, .. } => traces.iter_mut().for_each(|trace| thin(&mut trace.points, step)),
+            Item::Plot { traces, .. } => traces.iter_mut().for_each(|trace| {
+                sparse(&mut trace.points, step);
+                for number in trace.points.as_flattened_mut() {
+                    *number = format!("{number:.6e}").parse().unwrap_or(*number);
+                }
+            }),
             Item::Canvas { shapes, .. } => shapes.iter_mut().for_each(|shape| {
                 if let Shape::Line { points, .. } | Shape::Points { points, .. } = shape {
                     thin(points, step);
@@ -119,15 +124,20 @@ fn lessen(items: &mut [Item], step: usize, shrink: usize, images: &mut Vec<Value
 
 /// Keeps the first of so many points each, and the last one, to the millimetre.
 pub(crate) fn thin(points: &mut Vec<[f64; 2]>, step: usize) {
+    sparse(points, step);
+    for number in points.as_flattened_mut() {
+        *number = (*number * 1e3).round() / 1e3;
+    }
+}
+
+/// Keeps the first of so many points each, and the last one.
+fn sparse(points: &mut Vec<[f64; 2]>, step: usize) {
     let last = points.len().saturating_sub(1);
     let mut place = 0_usize;
     points.retain(|_| {
         place += 1;
         (place - 1).is_multiple_of(step) || place - 1 == last
     });
-    for number in points.as_flattened_mut() {
-        *number = (*number * 1e3).round() / 1e3;
-    }
 }
 
 /// Returns a picture of which every so many-th pixel is kept, in each direction.

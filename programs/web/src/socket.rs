@@ -244,10 +244,18 @@ where
         silent_at = tokio::time::Instant::now() + SILENCE;
         let order = Order::read(&text);
         let is_stop = visit.right == Right::Operate && matches!(order, Ok(Order::StopAll { .. }));
+        // What costs the application nothing is not left out: pictures and the pad depend on it.
+        let is_free = matches!(order, Ok(Order::Taken {} | Order::LetGo {} | Order::Alive {}));
         let limit = if is_stop { &mut stops } else { &mut limit };
         if !limit.try_take(Instant::now()) {
             nonsense += 1;
-            continue;
+            if let Some(id) = order.as_ref().ok().and_then(Order::id) {
+                let text = "too many messages at once";
+                visit.say(&json!({ "t": "answer", "id": id, "ok": false, "text": text }));
+            }
+            if !is_free {
+                continue;
+            }
         }
         match order {
             Ok(order) => visit.take(order),

@@ -105,7 +105,10 @@ fn numbers(name: &str, value: &Value, all: &mut Vec<(String, f64)>) {
 }
 
 fn text(value: Value, unit: &str, choices: &[String]) -> String {
-    let chosen = value.as_number().and_then(|number| choices.get(number as usize));
+    let place = value
+        .as_number()
+        .filter(|number| *number >= 0.0 && number.fract() == 0.0);
+    let chosen = place.and_then(|number| choices.get(number as usize));
     if let Some(chosen) = chosen {
         return chosen.clone();
     }

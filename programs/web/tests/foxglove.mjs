@@ -69,7 +69,7 @@ const first = unread.subscriptions.get("/a/count");
 let stale = 0;
 unread.client.on("message", ({ subscriptionId, timestamp }) => { if (subscriptionId === first && timestamp < wanted) stale += 1; });
 const missed = once(unread.client, "status", ({ id }) => id === "left-out");
-const caught = once(unread.client, "message", ({ timestamp }) => timestamp >= wanted);
+const caught = once(unread.client, "message", ({ subscriptionId, timestamp }) => subscriptionId === first && timestamp >= wanted);
 unread.socket.resume();
 console.log((await missed).message);
 await caught;

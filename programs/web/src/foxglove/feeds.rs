@@ -1,23 +1,28 @@
 //! The subscriptions to the application, one for each channel that any client wants, whatever the number of clients. A thread
 //! of its own begins and ends them, as both wait for the link.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
 use std::sync::{Arc, mpsc};
 use std::thread;
+use std::time::Duration;
 
 use jde_link::{Error, Rate, Remote, Subscription};
 use jde_records::{RecordKind, RunRecord};
 use parking_lot::Mutex;
 
 use super::channel::{Channel, Encoder, Source};
-use super::outbox::{Keep, Level, Message, Outbox};
+use super::outbox::{Keep, Message, Outbox};
 use crate::log::Log;
 
 /// Earlier decisions, states and events that a client gets, of each kind.
 const MAX_EARLIER: usize = 100;
 /// How often a panel is drawn for clients.
 const PANELS: Rate = Rate::Hz(5);
+/// Panels at once, of all clients: the threads of their schemas draw them.
+const MAX_PANELS: usize = 16;
+/// How long the application is left alone between two changes of what is wanted.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// Begins and ends the subscriptions of clients.
 pub(super) struct Feeds {
@@ -61,7 +66,13 @@ impl Feeds {
         };
         thread::Builder::new()
             .name("foxglove".to_owned())
-            .spawn(move || queue.iter().for_each(|order| worker.take(order)))?;
+            .spawn(move || {
+                while let Ok(first) = queue.recv() {
+                    let orders = std::iter::once(first).chain(queue.try_iter()).collect();
+                    last_ones(orders).into_iter().for_each(|order| worker.take(order));
+                    thread::sleep(PAUSE);
+                }
+            })?;
         Ok(Self { orders })
     }
 
@@ -77,6 +88,18 @@ impl Feeds {
     }
 }
 
+/// Returns the last order of each client for each channel: who subscribes and unsubscribes again and again delays nobody.
+fn last_ones(mut orders: Vec<Order>) -> Vec<Order> {
+    let mut known = BTreeSet::new();
+    orders.reverse();
+    orders.retain(|order| {
+        let (Order::Join(channel, client) | Order::Leave(channel, client)) = order;
+        known.insert((*channel, Arc::as_ptr(client)))
+    });
+    orders.reverse();
+    orders
+}
+
 impl Worker {
     fn take(&mut self, order: Order) {
         match order {
@@ -84,11 +107,19 @@ impl Worker {
                 if let Some((feed, _)) = self.feeds.get(&channel) {
                     return feed.lock().join(channel, client);
                 }
+                if self.is_panel(channel)
+                    && self.feeds.keys().filter(|open| self.is_panel(**open)).count() >= MAX_PANELS
+                {
+                    let text = format!(
+                        "{MAX_PANELS} panels are shown at once; close one of any client, and subscribe again"
+                    );
+                    return client.refuse(channel, &text);
+                }
                 let feed = Arc::new(Mutex::new(Feed::default()));
                 feed.lock().join(channel, Arc::clone(&client));
                 match self.open(channel, Arc::clone(&feed)) {
                     Ok(subscription) => _ = self.feeds.insert(channel, (feed, subscription)),
-                    Err(error) => client.status(Level::Error, &error.to_string(), None),
+                    Err(error) => client.refuse(channel, &error.to_string()),
                 }
             }
             Order::Leave(channel, client) => {
@@ -100,6 +131,10 @@ impl Worker {
                 }
             }
         }
+    }
+
+    fn is_panel(&self, channel: u32) -> bool {
+        matches!(self.channels[channel as usize].source, Source::Panel(_))
     }
 
     fn open(&self, number: u32, feed: Arc<Mutex<Feed>>) -> Result<Subscription, Error> {
@@ -148,7 +183,9 @@ impl Feed {
         for message in &self.newest {
             client.push(channel, message);
         }
-        self.clients.push(client);
+        if !self.clients.iter().any(|other| Arc::ptr_eq(other, &client)) {
+            self.clients.push(client);
+        }
     }
 
     /// Returns whether nobody is left.
@@ -177,5 +214,36 @@ impl Feed {
         for client in &self.clients {
             client.push(events, message);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_orders_of_a_client_the_last_one_counts() {
+        let [one, other] = [Arc::new(Outbox::default()), Arc::new(Outbox::default())];
+        let mut orders = Vec::new();
+        for _ in 0..1000 {
+            orders.push(Order::Join(3, Arc::clone(&one)));
+            orders.push(Order::Leave(3, Arc::clone(&one)));
+        }
+        orders.push(Order::Join(3, Arc::clone(&other)));
+        orders.push(Order::Join(4, Arc::clone(&one)));
+        let left = last_ones(orders);
+        assert!(matches!(
+            &left[..],
+            [Order::Leave(3, _), Order::Join(3, _), Order::Join(4, _)]
+        ));
+    }
+
+    #[test]
+    fn a_client_that_joins_again_is_served_once() {
+        let client = Arc::new(Outbox::default());
+        let mut feed = Feed::default();
+        feed.join(3, Arc::clone(&client));
+        feed.join(3, Arc::clone(&client));
+        assert!(feed.leave(&client), "nobody is left");
     }
 }

@@ -101,6 +101,11 @@ impl Outbox {
         self.changed.notified().await;
     }
 
+    /// Lets the writer look again.
+    pub(super) fn again(&self) {
+        self.changed.notify_one();
+    }
+
     /// Puts in a message in JSON.
     pub(super) fn say(&self, message: &Value) {
         self.answer(Opcode::Text, message.to_string().into_bytes());
@@ -118,8 +123,9 @@ impl Outbox {
     pub(super) fn answer(&self, opcode: Opcode, bytes: impl Into<Arc<[u8]>>) {
         let bytes = bytes.into();
         let mut state = self.state.lock();
-        let is_room =
-            state.answers.len() < MAX_ANSWERS && state.answer_bytes + bytes.len() <= MAX_ANSWER_BYTES;
+        // One that is larger than all, such as a list of thousands of channels, has the room for itself.
+        let is_room = state.answers.is_empty()
+            || state.answers.len() < MAX_ANSWERS && state.answer_bytes + bytes.len() <= MAX_ANSWER_BYTES;
         if is_room && !state.is_closed {
             state.answer_bytes += bytes.len();
             state.answers.push_back((opcode, bytes));
@@ -191,6 +197,16 @@ impl Outbox {
         let bytes = state.queues.remove(&channel)?.bytes;
         state.bytes -= bytes;
         Some(channel)
+    }
+
+    /// Closes the queue of a channel that cannot be served, and says why.
+    pub(super) fn refuse(&self, channel: u32, reason: &str) {
+        let mut state = self.state.lock();
+        if let Some(queue) = state.queues.remove(&channel) {
+            state.bytes -= queue.bytes;
+        }
+        drop(state);
+        self.status(Level::Error, reason, None);
     }
 
     /// Returns the channels that have subscriptions.

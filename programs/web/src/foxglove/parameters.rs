@@ -92,8 +92,9 @@ impl Parameters {
                 .filter_map(|known| known.parameter.clone())
                 .collect();
         }
+        let names: BTreeSet<&String> = names.iter().collect();
         let of = |name: &String| values.get(name).and_then(|known| known.parameter.clone());
-        names.iter().filter_map(of).collect()
+        names.into_iter().filter_map(of).collect()
     }
 
     /// Returns the action that sets a parameter.
@@ -145,6 +146,7 @@ impl Parameters {
 
     /// Ends that.
     pub(super) fn unwatch(&self, client: &Arc<Outbox>, names: &[String]) {
+        let names: BTreeSet<&String> = names.iter().collect();
         let mut clients = self.shared.clients.lock();
         for (_, known) in clients.iter_mut().filter(|(other, _)| Arc::ptr_eq(other, client)) {
             known.retain(|name| !names.is_empty() && !names.contains(name));

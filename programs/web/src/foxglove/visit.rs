@@ -40,6 +40,8 @@ const MAX_REQUESTS: usize = 16;
 const MAX_SET: usize = 256;
 /// Calls that wait for the application, and stops beside them.
 const MAX_CALLS: usize = 2;
+/// How far the time goes back only if a recording is played from an earlier place, ns.
+const REWOUND: u64 = 5_000_000_000;
 /// Bytes that are written at a time.
 const PIECE: usize = 64 << 10;
 /// Codes of the end of a WebSocket.
@@ -322,9 +324,10 @@ impl Visit {
                 Ok(())
             }
             Err(error) => Err(error.to_string()),
-        });
+        })
+        .await;
         outcome?;
-        read.await.map_err(|error| error.to_string())?
+        read.map_err(|error| error.to_string())?
     }
 
     fn values(&self, parameters: &[Value], id: Option<String>) {
@@ -360,13 +363,13 @@ impl Visit {
                     self.end();
                 }
             }
-            while let Some(items) = self.outbox.take(Instant::now()) {
-                let is_all = items.is_empty();
+            // One batch: the time, parameters, pings and the end have their turn beside a client that reads slowly.
+            if let Some(items) = self.outbox.take(Instant::now()) {
                 if self.send(&mut sink, &items, &mut time, now).await.is_err() {
                     return;
                 }
-                if is_all {
-                    break;
+                if !items.is_empty() {
+                    self.outbox.again();
                 }
             }
             if self.outbox.is_over() {
@@ -414,6 +417,10 @@ impl Visit {
             Item::Frame(..) => 0,
         });
         let newest = times.max().unwrap_or_default().max(now);
+        // A recording is played again from an earlier place.
+        if now > 0 && now.saturating_add(REWOUND) < *time {
+            *time = 0;
+        }
         if newest > *time {
             *time = newest;
             let time = [&[2][..], &newest.to_le_bytes()].concat();
@@ -430,9 +437,7 @@ impl Visit {
                 }
             }
         }
-        sink.flush().await?;
-        self.is_seen();
-        Ok(())
+        sink.flush().await
     }
 
     /// Writes a message of two parts.
@@ -448,7 +453,10 @@ impl Visit {
         sink.write_all(first).await?;
         for piece in second.chunks(PIECE) {
             sink.write_all(piece).await?;
-            self.is_seen();
+            // Less than this fits into the system's buffer for a client that is gone.
+            if second.len() > PIECE {
+                self.is_seen();
+            }
         }
         Ok(())
     }
