@@ -11,7 +11,7 @@ use clap::Args;
 use jde_abi::describe::Kind;
 use jde_core::{Nanos, State};
 use jde_link::message::{Schemas, VariableInfo};
-use jde_link::{Client, Remote, Sample};
+use jde_link::{Client, Reach, Remote, Sample};
 use jde_records::snapshot::Snapshot;
 use jde_session::cli::print_json;
 use jde_terminal::{self as terminal, BAD, GOOD, TITLE};
@@ -94,6 +94,7 @@ impl Ready {
 
     fn ask(&self, context: &Context) -> Result<Answer, Failure> {
         let client = context.client(&self.target)?;
+        let is_here = matches!(context.reach(&self.target)?, Reach::Local(_));
         let name = context.application_name(&self.target);
         let abouts = client.applications()?;
         let mut unknown: Vec<_> = client.unanswered().into_iter().map(|one| one.reason).collect();
@@ -108,7 +109,7 @@ impl Ready {
         };
         for about in abouts.into_iter().filter(|about| is_asked(&about.name)) {
             applications.push(Verdict {
-                reasons: self.reasons(&client, &format!("{}@{}", about.name, about.id))?,
+                reasons: self.reasons(&client, &format!("{}@{}", about.name, about.id), is_here)?,
                 name: about.name,
                 id: about.id,
                 pid: about.pid,
@@ -125,16 +126,17 @@ impl Ready {
         })
     }
 
-    /// Returns why an application is not idle.
-    fn reasons(&self, client: &Client, name: &str) -> Result<Vec<String>, Failure> {
+    /// Returns why an application is not idle. `is_here` states that it runs on this machine.
+    fn reasons(&self, client: &Client, name: &str, is_here: bool) -> Result<Vec<String>, Failure> {
         let asked = client
             .application(Some(name))
             .map_err(Failure::from)
             .and_then(|remote| self.look(&remote));
         match asked {
             Ok(reasons) => Ok(reasons),
-            // It may have ended meanwhile, and then it is in nobody's way.
-            Err(Failure::Link(_)) if !is_running(client, name)? => Ok(Vec::new()),
+            // It may have ended meanwhile, and then it is in nobody's way. Over a network it looks the same if the network is
+            // lost.
+            Err(Failure::Link(_)) if is_here && !is_running(client, name)? => Ok(Vec::new()),
             Err(Failure::Link(error)) => Ok(vec![error.to_string()]),
             Err(other) => Err(other),
         }
@@ -150,7 +152,7 @@ impl Ready {
         let mut reasons = acting(&before, &schemas);
         if reasons.is_empty() {
             if remote.wait_gone(STILL) {
-                return Ok(Vec::new());
+                return Err(jde_link::Error::Disconnected(remote.about().name.clone()).into());
             }
             let after = remote.hierarchy()?;
             reasons = acting(&after, &schemas);
