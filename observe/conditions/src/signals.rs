@@ -317,6 +317,11 @@ impl Signals {
     }
 }
 
+/// Whether a signal counts what happened since the application's start.
+pub(crate) fn is_count(signal: usize) -> bool {
+    matches!(signal, TAKEOVERS..=LATE_TAKEOVERS)
+}
+
 /// Returns the signal whether a schema is WINNER. The next one is whether it is ready.
 fn won(schema: usize) -> usize {
     COMMON.len() + 2 * schema

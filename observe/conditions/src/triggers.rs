@@ -8,6 +8,7 @@ use jde_records::event::Event;
 
 use crate::condition::ConditionKind;
 use crate::facts::{self, Fact};
+use crate::signals;
 use crate::watch::{ExpressionState, Pending, Trigger, TriggerState};
 use crate::{Condition, Names, Signals};
 
@@ -69,6 +70,26 @@ impl Triggers {
             }
         }
         variables
+    }
+
+    /// Returns the first part of a condition that somebody who comes after the start of the application cannot know: a signal
+    /// that counts since the start, or a keyword, which waits for an event.
+    #[must_use]
+    pub fn unknown_to_late(&self) -> Option<&str> {
+        self.list
+            .iter()
+            .find_map(|trigger| match &trigger.condition.kind {
+                ConditionKind::Expression(expression) => expression
+                    .inputs()
+                    .find(|input| self.signals.find(input).is_some_and(signals::is_count)),
+                ConditionKind::Conflict(_)
+                | ConditionKind::Absence(_)
+                | ConditionKind::Chatter { .. }
+                | ConditionKind::Overrun(_)
+                | ConditionKind::Fault(_)
+                | ConditionKind::Refused
+                | ConditionKind::Operator => Some(trigger.condition.text.as_str()),
+            })
     }
 
     /// Returns the text of a condition.

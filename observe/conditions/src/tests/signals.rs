@@ -299,3 +299,19 @@ fn refused_is_a_condition_and_compared_a_signal() {
     assert_eq!(times("refused > 2", refusals), [3000]);
     assert_eq!(times("refused>=2 or not goon.won and time > 9", refusals), [2000]);
 }
+
+#[test]
+fn what_counts_since_the_start_or_waits_for_an_event_is_unknown_to_who_comes_later() {
+    for (text, unknown) in [
+        ("goon.fast > 1.0 && faults < 1.0", Some("faults")),
+        ("late_takeovers > 2.0", Some("late_takeovers")),
+        ("fault:goon", Some("fault:goon")),
+        ("conflict", Some("conflict")),
+        ("collisions < 1.0 && goon.won", None),
+        ("goon.fast > 1.0 && time > 3.0", None),
+    ] {
+        let condition = Condition::new(text, &names()).unwrap();
+        let triggers = Triggers::new(names(), vec![condition]);
+        assert_eq!(triggers.unknown_to_late(), unknown, "{text}");
+    }
+}

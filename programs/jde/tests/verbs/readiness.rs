@@ -55,4 +55,9 @@ fn an_application_with_nothing_to_do_is_ready_if_its_conditions_are_true() {
     assert!(other.out.contains(" is not true"), "{other:?}");
     let unknown = sandbox.run(&["ready", "--also", "gripper.holding"]);
     assert_eq!(unknown.status, Some(2), "{unknown:?}");
+    for (condition, named) in [("faults == 0.0", "`faults` is"), ("fault", "`fault` is")] {
+        let past = sandbox.run(&["ready", "--also", condition]);
+        assert_eq!(past.status, Some(2), "nobody counted them: {past:?}");
+        assert!(past.err.contains(named), "{past:?}");
+    }
 }

@@ -208,10 +208,19 @@ fn condition_names(remote: &Remote, variables: &[VariableInfo]) -> Result<Names,
 }
 
 /// Returns whether a condition is true now. Without a value of a variable that it names it is not.
+///
+/// # Errors
+/// Wrong use if it waits for an event or counts events since the start: whoever asks now has seen none of them.
 pub(super) fn is_true(remote: &Remote, condition: &str) -> Result<bool, Failure> {
     let names = condition_names(remote, &remote.variables(false)?)?;
     let condition = Condition::new(condition, &names).map_err(condition_failure)?;
     let mut triggers = Triggers::new(names, vec![condition]);
+    if let Some(unknown) = triggers.unknown_to_late() {
+        return Err(Failure::usage(
+            format!("`{unknown}` is an event or counts events since the start, which is not known now"),
+            "name variables, or the state of a schema: dock.docking.state == 1",
+        ));
+    }
     let hierarchy = remote.hierarchy()?;
     process_states(&mut triggers, &hierarchy);
     let variables: Vec<String> = triggers.variables().into_iter().map(str::to_owned).collect();
