@@ -7,7 +7,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, Command, CommandFactory};
 use jde_abi::describe::Kind;
 use jde_core::{Nanos, State};
 use jde_link::message::{Schemas, VariableInfo};
@@ -21,6 +21,7 @@ use serde::Serialize;
 use super::apps::present;
 use super::record::is_true;
 use super::{Context, Target};
+use crate::cli::Cli;
 use crate::failure::Failure;
 use crate::quantity;
 
@@ -284,11 +285,12 @@ fn out_of_reach(processes: &Path, found: &BTreeSet<u32>) -> Vec<String> {
         return Vec::new();
     }
     let listed = fs::read_dir(processes).into_iter().flatten().flatten();
+    let verbs = Cli::command();
     let ids = listed.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
     ids.filter(|id| !found.contains(id))
         .filter_map(|id| {
             let line = fs::read(processes.join(id.to_string()).join("cmdline")).ok()?;
-            let verb = running_verb(&line)?;
+            let verb = running_verb(&line, &verbs)?;
             Some(format!(
                 "process {id} runs `jde {verb}` and cannot be asked: another user's, or without a link"
             ))
@@ -296,13 +298,14 @@ fn out_of_reach(processes: &Path, found: &BTreeSet<u32>) -> Vec<String> {
         .collect()
 }
 
-/// Returns the verb of a command line of this program that runs an application.
-fn running_verb(line: &[u8]) -> Option<&'static str> {
+/// Returns the verb of a command line of this program, which has these verbs, if it runs an application.
+fn running_verb(line: &[u8], verbs: &Command) -> Option<&'static str> {
     let mut words = line.split(|byte| *byte == 0).map(String::from_utf8_lossy);
     let program = words.next()?;
     let is_jde = Path::new(&*program).file_name().is_some_and(|name| name == "jde");
-    // An option with a value may come before the verb.
-    words.find_map(|word| RUNNING_VERBS.into_iter().find(|verb| is_jde && *verb == word))
+    // An option with a value may come before the verb, and an argument of another verb may look like one.
+    let first = words.find(|word| word == "help" || verbs.find_subcommand(&**word).is_some())?;
+    RUNNING_VERBS.into_iter().find(|verb| is_jde && *verb == first)
 }
 
 #[cfg(test)]
@@ -312,15 +315,19 @@ mod tests {
 
     #[test]
     fn only_processes_of_this_program_that_run_an_application_count() {
+        let verbs = Command::new("jde").subcommands(["run", "demo", "top", "docs", "view"].map(Command::new));
         for (line, verb) in [
             ("/usr/bin/jde\0run\0robot.toml\0", Some("run")),
             ("jde\0--log\0debug\0run\0a.toml\0", Some("run")),
             ("jde\0--quiet\0demo\0", Some("demo")),
             ("jde\0top\0", None),
+            ("jde\0docs\0run\0", None),
+            ("jde\0view\0demo\0", None),
+            ("jde\0help\0run\0", None),
             ("vim\0run\0", None),
             ("", None),
         ] {
-            assert_eq!(running_verb(line.as_bytes()), verb, "{line:?}");
+            assert_eq!(running_verb(line.as_bytes(), &verbs), verb, "{line:?}");
         }
     }
 
