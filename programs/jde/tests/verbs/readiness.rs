@@ -13,6 +13,15 @@ fn a_machine_without_applications_is_ready() {
         other.out.contains("no application is called `robot9`"),
         "{other:?}"
     );
+    let process = sandbox.folder().join("4194305");
+    std::fs::create_dir(&process).expect("the folder is writable");
+    std::fs::write(process.join("cmdline"), "jde\0run\0robot.toml\0").expect("the folder is writable");
+    let silent = sandbox.run(&["ready"]);
+    assert_eq!(silent.status, Some(1), "{silent:?}");
+    assert!(
+        silent.out.contains("process 4194305 runs `jde run`"),
+        "{silent:?}"
+    );
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! value yet or runs out of reach is a reason against it.
 
 use std::collections::BTreeSet;
+use std::env;
 use std::fs;
 use std::path::Path;
 use std::thread;
@@ -29,6 +30,8 @@ use crate::quantity;
 const STILL: Duration = Duration::from_secs(2);
 /// The time between two trials of `--wait`.
 const POLL: Duration = Duration::from_secs(1);
+/// The variable of the environment with another folder than /proc. Only tests set it, because other tests run beside them.
+const PROCESSES: &str = "JDE_PROCESSES";
 /// The verbs that run an application.
 const RUNNING_VERBS: [&str; 2] = ["run", "demo"];
 
@@ -99,9 +102,16 @@ impl Ready {
         let name = context.application_name(&self.target);
         let abouts = client.applications()?;
         let mut unknown: Vec<_> = client.unanswered().into_iter().map(|one| one.reason).collect();
-        if name.is_none() && self.target.at.is_empty() {
+        if name.is_none() && is_here {
             let found = abouts.iter().map(|about| about.pid).collect();
-            unknown.extend(out_of_reach(Path::new("/proc"), &found));
+            let processes = env::var_os(PROCESSES).unwrap_or_else(|| "/proc".into());
+            unknown.extend(out_of_reach(Path::new(&processes), &found));
+        }
+        let is_at = self.target.at.iter().any(|endpoint| !endpoint.is_empty());
+        if is_at && !self.target.has_typed_endpoint() {
+            unknown.push(
+                "JDE_AT is set, so this machine was not asked; unset it to ask this machine".to_owned(),
+            );
         }
         let mut applications = Vec::new();
         let is_asked = |it: &str| {
@@ -281,18 +291,21 @@ fn under_way(variable: &VariableInfo, sample: &Sample) -> Option<String> {
 
 /// Returns the processes that run an application and were not found: those of other users, and those without a link.
 fn out_of_reach(processes: &Path, found: &BTreeSet<u32>) -> Vec<String> {
-    if std::env::var_os("JDE_RUNTIME_DIR").is_some() {
-        return Vec::new();
-    }
-    let listed = fs::read_dir(processes).into_iter().flatten().flatten();
+    let listed = fs::read_dir(processes).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
+    let listed = match listed {
+        Ok(listed) => listed,
+        Err(error) => return vec![format!("what runs on this machine is not known: {error}")],
+    };
     let verbs = Cli::command();
-    let ids = listed.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
+    let ids = listed
+        .iter()
+        .filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
     ids.filter(|id| !found.contains(id))
         .filter_map(|id| {
             let line = fs::read(processes.join(id.to_string()).join("cmdline")).ok()?;
             let verb = running_verb(&line, &verbs)?;
             Some(format!(
-                "process {id} runs `jde {verb}` and cannot be asked: another user's, or without a link"
+                "process {id} runs `jde {verb}` and cannot be asked: another user's, without a link, or in another folder"
             ))
         })
         .collect()
@@ -329,6 +342,15 @@ mod tests {
         ] {
             assert_eq!(running_verb(line.as_bytes(), &verbs), verb, "{line:?}");
         }
+    }
+
+    #[test]
+    fn processes_that_cannot_be_listed_are_not_known() {
+        let unknown = out_of_reach(Path::new("/there/is/no/such/folder"), &BTreeSet::new());
+        assert!(
+            unknown[0].starts_with("what runs on this machine is not known: "),
+            "{unknown:?}"
+        );
     }
 
     #[test]
