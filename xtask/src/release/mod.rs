@@ -22,7 +22,7 @@ use versions::Version;
 #[derive(Args)]
 #[command(after_help = "Examples:
   cargo xtask release 0.2.0                         sets versions, makes and checks everything, prints what to type
-  cargo xtask release 0.2.0 --tag                   commits the versions first, and makes the tag in this repository
+  cargo xtask release 0.2.0 --tag                   commits the versions first, and makes the tag in this repository last
   cargo xtask release 0.2.0 --dev --only tarball    a trial in minutes: `git restore .` takes the versions back")]
 pub(crate) struct Release {
     /// The version: three numbers.
@@ -55,14 +55,11 @@ fn make(root: &Path, choice: &Release, paint: Paint) -> Result<()> {
     let has_changed = !shell::read(git(root).args(["status", "--porcelain"]))?.is_empty();
     let commit = format!("git commit --all --message 'release: {version}'");
     let tag = format!("git tag --annotate v{version} --message 'jde {version}'");
-    let commands: Vec<&String> = [has_changed.then_some(&commit), Some(&tag)]
-        .into_iter()
-        .flatten()
-        .collect();
-    if choice.tag {
-        for command in &commands {
-            shell::run(Command::new("sh").args(["-c", command]).current_dir(root), paint)?;
-        }
+    let commit = has_changed.then_some(commit);
+    let run = |command: &str| shell::run(Command::new("sh").args(["-c", command]).current_dir(root), paint);
+    // The packages have the time of the commit. The tag comes last: no check may fail after it.
+    if let Some(commit) = commit.as_deref().filter(|_| choice.tag) {
+        run(commit)?;
     }
     let metadata = Metadata::with_dependencies(root)?;
     let crates = sdk::crates(&metadata)?;
@@ -74,12 +71,16 @@ fn make(root: &Path, choice: &Release, paint: Paint) -> Result<()> {
     let names: Vec<_> = files.iter().filter_map(|file| file.file_name()).collect();
     let sums = shell::read(Command::new("sha256sum").args(names).current_dir(&folder))?;
     fs::write(folder.join("SHA256SUMS"), &sums)?;
+    if choice.tag {
+        run(&tag)?;
+    }
     println!(
         "{sums}{}\n\nNothing was uploaded. What is left to type:\n",
         folder.join("SHA256SUMS").display()
     );
     if !choice.tag {
-        commands.iter().for_each(|command| println!("  {command}"));
+        let commands = commit.iter().chain([&tag]);
+        commands.for_each(|command| println!("  {command}"));
     }
     println!("  git push origin HEAD v{version}");
     println!("  {}", crates::publication(&crates));
