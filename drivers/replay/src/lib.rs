@@ -197,8 +197,8 @@ impl Schema for Recording {
         }
         let reader = self.open_reader(cx)?;
         let outputs = self.outputs(cx, &reader)?;
-        if let Some(damage) = reader.damage() {
-            warn!(cx, "{damage}; only the part before is played");
+        for damage in reader.damage() {
+            warn!(cx, "{damage}");
         }
         for line in reader.left_out().lines() {
             warn!(cx, "{line}");

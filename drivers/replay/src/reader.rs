@@ -68,16 +68,18 @@ impl RecordingReader {
         self.length
     }
 
-    /// Describes where the recording is damaged.
-    pub(crate) fn damage(&self) -> Option<String> {
-        let damage = self
-            .recording
-            .damage()
-            .map(|damage| format!("is damaged {damage}"));
+    /// Says where the recording ends too soon, and of which times within it nothing can be read.
+    pub(crate) fn damage(&self) -> impl Iterator<Item = String> {
+        let end = self.recording.damage().map(|damage| {
+            format!(
+                "{}: {}; only the part before is played",
+                self.path,
+                damage.sentence()
+            )
+        });
         let gaps = self.recording.gaps().iter().filter(|gap| gap.damaged);
-        let gaps = gaps.map(|gap| format!("has a gap: {gap}"));
-        let all: Vec<_> = damage.into_iter().chain(gaps).collect();
-        (!all.is_empty()).then(|| format!("{} {}", self.path, all.join(", and ")))
+        end.into_iter()
+            .chain(gaps.map(move |gap| format!("{}: {gap}", self.path)))
     }
 
     /// Returns the variable of a channel, if its values can be read.

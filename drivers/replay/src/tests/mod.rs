@@ -313,7 +313,7 @@ fn a_truncated_recording_is_played_to_its_end() {
         .bench
         .log()
         .iter()
-        .any(|(_, text)| text.contains("is damaged at byte"));
+        .any(|(_, text)| text.contains("it ends too soon, at byte"));
     assert!(warned, "{:?}", fixture.bench.log());
     fixture.at(0.0);
     fixture.at(30.0);
