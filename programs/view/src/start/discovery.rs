@@ -1,10 +1,11 @@
 //! Searches for running applications and for recordings, on its own thread. It opens none.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use eframe::egui;
@@ -70,7 +71,8 @@ impl Discovery {
 
 /// Searches once a second until the result is no longer held.
 fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], repaint: &egui::Context) {
-    let mut watched: HashSet<String> = HashSet::new();
+    // Who asks each application, by its id.
+    let mut watched: HashMap<String, JoinHandle<()>> = HashMap::new();
     loop {
         let found = Client::connect(reach).and_then(|client| {
             let running = client.applications()?;
@@ -79,10 +81,20 @@ fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], r
         });
         let recordings = files(folders);
         let Some(seen) = results.upgrade() else { return };
+        // Who asked has lost the connection: what it said is old, and the application is asked again if it still runs.
+        watched.retain(|id, watcher| {
+            let has_ended = watcher.is_finished();
+            if has_ended && seen.lock().present.remove(id).is_some() {
+                repaint.request_repaint();
+            }
+            !has_ended
+        });
         let running = found.iter().flat_map(|(running, _)| running);
         for about in running.filter(|about| about.executor != "replay") {
-            if watched.insert(about.id.clone()) {
-                watch(results, reach, about, repaint);
+            if let Entry::Vacant(place) = watched.entry(about.id.clone())
+                && let Some(watcher) = watch(results, reach, about, repaint)
+            {
+                place.insert(watcher);
             }
         }
         {
@@ -109,8 +121,14 @@ fn poll(results: &Weak<Mutex<Discovered>>, reach: &Reach, folders: &[PathBuf], r
     }
 }
 
-/// Asks an application once a second how it stands, on a thread of its own, so that one that hangs delays no other.
-fn watch(results: &Weak<Mutex<Discovered>>, reach: &Reach, about: &About, repaint: &egui::Context) {
+/// Asks an application once a second how it stands, on a thread of its own, so that one that hangs delays no other. The
+/// thread ends with the connection.
+fn watch(
+    results: &Weak<Mutex<Discovered>>,
+    reach: &Reach,
+    about: &About,
+    repaint: &egui::Context,
+) -> Option<JoinHandle<()>> {
     let (results, reach, repaint) = (results.clone(), reach.clone(), repaint.clone());
     let name = format!("{}@{}", about.name, about.id);
     let worker = move || {
@@ -126,12 +144,11 @@ fn watch(results: &Weak<Mutex<Discovered>>, reach: &Reach, about: &About, repain
             thread::sleep(SEARCH_INTERVAL);
         }
     };
-    if let Err(error) = thread::Builder::new()
+    thread::Builder::new()
         .name("view-present".to_owned())
         .spawn(worker)
-    {
-        tracing::error!("no thread to ask an application: {error}");
-    }
+        .inspect_err(|error| tracing::error!("no thread to ask an application: {error}"))
+        .ok()
 }
 
 /// The recordings in `folders`, the newest first, at most [`MAX_RECORDINGS`].
