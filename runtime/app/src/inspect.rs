@@ -64,9 +64,14 @@ pub(super) fn report_problems(
         }
         let port = problem.port as usize;
         let named = instance.schema.ports.get(port);
-        if named.is_some_and(|named| matches!(named.role, Role::Export { .. })) {
+        if let Some(named) = named.filter(|named| matches!(named.role, Role::Export { .. })) {
             let words = problem.words;
-            absent.push(AbsentExport { port, words });
+            if problem.unavailable {
+                absent.push(AbsentExport { port, words });
+            } else {
+                let message = format!("{}: {words}", section.key(&named.name));
+                report.fault(&section.span, message);
+            }
             continue;
         }
         let Some(port) = instance.schema.modulation(problem.port) else {
