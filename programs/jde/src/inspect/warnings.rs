@@ -33,7 +33,7 @@ fn located(application: &Application, text: &str, warning: &str) -> Fault {
     let mut fault = Fault::at_line(file, number, message);
     let before = number.saturating_sub(1);
     if let Some(line) = text.lines().nth(before) {
-        let start: usize = text.lines().take(before).map(|line| line.len() + 1).sum();
+        let start: usize = text.split_inclusive('\n').take(before).map(str::len).sum();
         let indent = line.len() - line.trim_start().len();
         let marked = indent..line.trim_end().len().max(indent);
         fault.location = FaultLocation::Text {
