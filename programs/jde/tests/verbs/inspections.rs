@@ -193,6 +193,21 @@ fn an_unavailable_device_is_an_error_of_check_and_a_warning_of_run() {
 }
 
 #[test]
+fn an_export_that_is_wrong_is_an_error_and_no_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = "jde_problem(problems, JDE_PROBLEM_WRONG, 1u, \"nothing is seen\");";
+    plugin(folder.path(), "driver", &current_include(), body);
+    let app = application(folder.path(), &["driver"]);
+    let run = run_in(folder.path(), &["run", &app, "--for", "100ms", "--lockstep"]);
+    assert_eq!(run.status, Some(2), "{run:?}");
+    assert!(
+        run.err
+            .contains("error: `seen` of schema `driver`: nothing is seen"),
+        "{run:?}"
+    );
+}
+
+#[test]
 fn a_failed_inspection_is_reported_with_its_plugin_and_the_others_run() {
     let folder = tempfile::tempdir().unwrap();
     let bodies = [
