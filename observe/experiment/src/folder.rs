@@ -213,7 +213,12 @@ impl FolderState {
     /// What differs.
     pub fn expect_same(&self, other: &Self, folder: &Path) -> Result<(), FolderError> {
         let what = if self.version != other.version {
-            format!("jde {}, and this is jde {}", self.version, other.version)
+            // The first results have no version.
+            let made_by = match &*self.version {
+                "" => "an earlier jde".to_owned(),
+                version => format!("jde {version}"),
+            };
+            format!("{made_by}, and this is jde {}", other.version)
         } else if self.fingerprint != other.fingerprint {
             "another experiment, or its application, a world or a plugin has changed since".to_owned()
         } else if self.shards != other.shards {

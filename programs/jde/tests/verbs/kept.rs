@@ -138,20 +138,22 @@ fn results_of_another_version_are_neither_continued_nor_joined_and_both_versions
     let state = folder.path().join("results/experiment.json");
     let text = fs::read_to_string(&state).unwrap();
     let mut stated: Value = serde_json::from_str(&text).unwrap();
-    stated["version"] = "0.0.9".into();
     stated["file"] = folder.path().join("experiment.toml").to_str().unwrap().into();
-    fs::write(&state, stated.to_string()).unwrap();
     let path = std::env::join_paths([&folder.path().join("c"), plugins()]).unwrap();
-    let words = format!(
-        "are those of jde 0.0.9, and this is jde {}",
-        env!("CARGO_PKG_VERSION")
-    );
-    for args in [
-        &["experiment", "experiment.toml", "--out", "results", "--resume"][..],
-        &["experiment", "merge", "results", "--out", "new"],
-    ] {
-        let output = output_of(jde(args).current_dir(folder.path()).env("JDE_PLUGIN_PATH", &path));
-        assert_eq!(output.status, Some(2), "{args:?}: {}", output.err);
-        assert!(output.err.contains(&words), "{}", output.err);
+    for (version, made_by) in [("0.0.9", "jde 0.0.9"), ("", "an earlier jde")] {
+        stated["version"] = version.into();
+        fs::write(&state, stated.to_string()).unwrap();
+        let words = format!(
+            "are those of {made_by}, and this is jde {}",
+            env!("CARGO_PKG_VERSION")
+        );
+        for args in [
+            &["experiment", "experiment.toml", "--out", "results", "--resume"][..],
+            &["experiment", "merge", "results", "--out", "new"],
+        ] {
+            let output = output_of(jde(args).current_dir(folder.path()).env("JDE_PLUGIN_PATH", &path));
+            assert_eq!(output.status, Some(2), "{args:?}: {}", output.err);
+            assert!(output.err.contains(&words), "{}", output.err);
+        }
     }
 }
