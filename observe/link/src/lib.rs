@@ -20,7 +20,7 @@ mod whoami;
 
 pub use client::{
     Broadcast, BroadcastOutcome, Client, Hold, PanelSample, Reach, ReceivedEvent, Remote, Sample,
-    Subscription, Unanswered, ValueBytes, broadcast,
+    Subscription, Unanswered, ValueBytes, broadcast, complete_endpoint,
 };
 pub use error::Error;
 pub use folder::Folders;

@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
 use eframe::egui;
-use jde_link::{Client, Folders, Reach};
+use jde_link::{Client, Folders, Reach, complete_endpoint};
 
 use crate::graphics_card::{self, DeviceLoss};
 use crate::keys::KeyList;
@@ -276,7 +276,7 @@ impl App {
     /// Looks for applications at addresses from now on, with the credentials given at the start; without one, for those of
     /// this machine.
     fn reach(&mut self, ctx: &egui::Context, addresses: &str) {
-        let endpoints: Vec<_> = addresses.split_whitespace().map(str::to_owned).collect();
+        let endpoints: Vec<_> = addresses.split_whitespace().map(complete_endpoint).collect();
         let (login, tls) = match &self.opening.reach {
             Reach::Network { login, tls, .. } => (login.clone(), tls.clone()),
             Reach::Local(_) => (None, None),

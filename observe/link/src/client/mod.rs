@@ -6,6 +6,7 @@ mod choice;
 mod complaint;
 mod connection;
 mod datagram;
+mod endpoint;
 mod events;
 mod hold;
 mod liveliness;
@@ -27,6 +28,7 @@ use crate::{Error, decode, keys::Keys};
 pub(crate) use connection::Connection;
 
 pub use broadcast::{Broadcast, BroadcastOutcome, broadcast};
+pub use endpoint::complete_endpoint;
 pub use events::ReceivedEvent;
 pub use hold::Hold;
 pub use panel::PanelSample;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
-use jde_link::{Client, Folders, Login, Reach, Remote, Tls, Unanswered};
+use jde_link::{Client, Folders, Login, Reach, Remote, Tls, Unanswered, complete_endpoint};
 use jde_session::log::Log;
 use serde::Deserialize;
 
@@ -222,23 +222,10 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
     }
     let (login, tls) = key.map_or(Ok((None, None)), read_key)?;
     Ok(Reach::Network {
-        endpoints: at.iter().map(|endpoint| normalize_endpoint(endpoint)).collect(),
+        endpoints: at.iter().map(|endpoint| complete_endpoint(endpoint)).collect(),
         login,
         tls,
     })
-}
-
-/// Converts an endpoint. Also accepts `tcp:host:port`, a bare `host:port` and a bare host, whose port is
-/// 7447.
-fn normalize_endpoint(text: &str) -> String {
-    if text.contains('/') {
-        return text.to_owned();
-    }
-    match text.split_once(':') {
-        Some((protocol @ ("tcp" | "tls"), rest)) => format!("{protocol}/{rest}"),
-        Some(_) => format!("tcp/{text}"),
-        None => format!("tcp/{text}:7447"),
-    }
 }
 
 /// The largest file of a key, bytes.
@@ -278,14 +265,6 @@ mod tests {
 
     use super::*;
     use crate::failure::RunFailure;
-
-    #[test]
-    fn short_forms_of_endpoints_are_completed() {
-        assert_eq!(normalize_endpoint("tls/robot2:7447"), "tls/robot2:7447");
-        assert_eq!(normalize_endpoint("tcp:robot2:7447"), "tcp/robot2:7447");
-        assert_eq!(normalize_endpoint("robot2:7448"), "tcp/robot2:7448");
-        assert_eq!(normalize_endpoint("robot2"), "tcp/robot2:7447");
-    }
 
     #[test]
     fn a_time_without_a_recording_is_no_endpoint() {
