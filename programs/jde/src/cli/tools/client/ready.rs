@@ -98,11 +98,11 @@ impl Ready {
 
     fn ask(&self, context: &Context) -> Result<Answer, Failure> {
         let client = context.client(&self.target)?;
-        let is_here = matches!(context.reach(&self.target)?, Reach::Local(_));
+        let is_local = matches!(context.reach(&self.target)?, Reach::Local(_));
         let name = context.application_name(&self.target);
         let abouts = client.applications()?;
         let mut unknown: Vec<_> = client.unanswered().into_iter().map(|one| one.reason).collect();
-        if name.is_none() && is_here {
+        if name.is_none() && is_local {
             let found = abouts.iter().map(|about| about.pid).collect();
             let processes = env::var_os(PROCESSES).unwrap_or_else(|| "/proc".into());
             unknown.extend(out_of_reach(Path::new(&processes), &found));
@@ -120,7 +120,7 @@ impl Ready {
         };
         for about in abouts.into_iter().filter(|about| is_asked(&about.name)) {
             applications.push(Verdict {
-                reasons: self.reasons(&client, &format!("{}@{}", about.name, about.id), is_here)?,
+                reasons: self.reasons(&client, &format!("{}@{}", about.name, about.id), is_local)?,
                 name: about.name,
                 id: about.id,
                 pid: about.pid,
@@ -137,8 +137,8 @@ impl Ready {
         })
     }
 
-    /// Returns why an application is not idle. `is_here` states that it runs on this machine.
-    fn reasons(&self, client: &Client, name: &str, is_here: bool) -> Result<Vec<String>, Failure> {
+    /// Returns why an application is not idle. `is_local` states that it runs on this machine.
+    fn reasons(&self, client: &Client, name: &str, is_local: bool) -> Result<Vec<String>, Failure> {
         let asked = client
             .application(Some(name))
             .map_err(Failure::from)
@@ -147,7 +147,7 @@ impl Ready {
             Ok(reasons) => Ok(reasons),
             // It may have ended meanwhile, and then it is in nobody's way. Over a network it looks the same if the network is
             // lost.
-            Err(Failure::Link(_)) if is_here && !is_running(client, name)? => Ok(Vec::new()),
+            Err(Failure::Link(_)) if is_local && !is_running(client, name)? => Ok(Vec::new()),
             Err(Failure::Link(error)) => Ok(vec![error.to_string()]),
             Err(other) => Err(other),
         }
