@@ -17,6 +17,10 @@ pub fn create_folder(folder: &Path) -> io::Result<()> {
     created.or_else(|error| match (error.kind(), folder.parent()) {
         // Somebody else has just created it.
         (ErrorKind::AlreadyExists, _) if folder.is_dir() => Ok(()),
+        (ErrorKind::AlreadyExists, _) => {
+            let message = format!("{} is a file, where a folder is needed", folder.display());
+            Err(io::Error::new(ErrorKind::AlreadyExists, message))
+        }
         (ErrorKind::NotFound, Some(above)) => {
             let above = above.display();
             let message = format!("the folder {above} does not exist; create it first: mkdir -p {above}");

@@ -51,7 +51,7 @@ fn an_output_folder_that_cannot_be_written_is_reported_before_the_start() {
     ]));
     assert_eq!(demo.status, Some(1), "{}", demo.out);
     assert!(
-        demo.err.starts_with("error: ") && demo.err.contains("decisions.jsonl"),
+        demo.err.starts_with("error: ") && demo.err.contains("is a file, where a folder is needed"),
         "{}",
         demo.err
     );

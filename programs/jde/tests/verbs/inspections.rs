@@ -225,8 +225,8 @@ fn a_failed_inspection_is_reported_with_its_plugin_and_the_others_run() {
         ),
         (
             "unknown_modulation",
-            "jde_problem(problems, JDE_PROBLEM_WRONG, 1u, \"what\");",
-            "modulation 1",
+            "jde_problem(problems, JDE_PROBLEM_WRONG, 9u, \"what\");",
+            "modulation 9",
         ),
         ("fails", "return jde_failed(host, cx, \"no power\");", "no power"),
         ("exits", "exit(0);", "exited by itself"),
@@ -255,7 +255,7 @@ fn a_failed_inspection_is_reported_with_its_plugin_and_the_others_run() {
         let may_be_slow = reason.contains("did not end");
         assert_eq!(
             line.contains("correct the files"),
-            !may_be_slow && reason != "modulation 1",
+            !may_be_slow && reason != "modulation 9",
             "{line}"
         );
     }
