@@ -51,7 +51,7 @@ export class Pad {
     byId("speed").addEventListener("input", () => this.#showSpeed());
   }
 
-  /** Sets what can be driven: [{schema, fast}]. */
+  /** Sets what can be driven: [{schema}]. Nothing is driven until its limit is known. */
   choose(robots) {
     this.#robots = robots;
     byId("drive").hidden = !robots.length;
@@ -61,6 +61,14 @@ export class Pad {
     if (robots.some(({ schema }) => schema === chosen)) byId("drive-schema").value = chosen;
     this.#limit();
     if (!robots.length) this.#toggle(false);
+  }
+
+  /** Sets the greatest speeds: [[schema, m/s or null]]. They may change while one drives. */
+  setLimits(limits) {
+    const known = new Map(limits);
+    const changed = this.#robots.filter((robot) => (known.get(robot.schema) ?? 0) !== (robot.fast ?? 0));
+    for (const robot of changed) robot.fast = known.get(robot.schema) ?? 0;
+    if (changed.length) this.#limit();
   }
 
   setTick(tick) {
@@ -106,8 +114,14 @@ export class Pad {
 
   #limit() {
     const robot = this.#robots.find(({ schema }) => schema === byId("drive-schema").value);
-    const fast = robot?.fast || 1;
+    const fast = robot?.fast ?? 0;
     const speed = byId("speed");
+    byId("drive-on").disabled = speed.disabled = !fast;
+    if (!fast) {
+      if (this.#isOn) this.#toggle(false);
+      byId("speed-text").textContent = robot ? `the limit ${robot.schema}.fast is 0 or not known` : "";
+      return;
+    }
     const before = Number(speed.dataset.chosen ?? 0.3);
     speed.max = fast;
     speed.step = fast / 20;

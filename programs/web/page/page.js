@@ -138,6 +138,7 @@ function take(message) {
         if (byId("stop-text").textContent.startsWith("Stopped at")) sayStop("", "plain");
       }
       pad.setDrivers(message.driving, view.by);
+      pad.setLimits(message.limits);
       lastState = performance.now();
       break;
     case "tick":

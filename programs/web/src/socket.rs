@@ -198,10 +198,10 @@ where
 
 fn welcome(page: &Page, right: Right, by: &str) -> String {
     let about = page.model.remote.about();
-    let teleoperators = page.model.teleoperators().map(|schema| {
-        let fast = page.model.max_speeds(schema).map(|limits| limits.fast);
-        json!({ "schema": schema, "fast": fast })
-    });
+    let teleoperators = page
+        .model
+        .teleoperators()
+        .map(|schema| json!({ "schema": schema }));
     let may_operate = right == Right::Operate;
     json!({
         "t": "welcome",

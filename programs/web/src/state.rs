@@ -30,6 +30,8 @@ struct State<'p> {
     missions: Vec<MissionView>,
     rows: Vec<RowView<'p>>,
     driving: Vec<DrivingView>,
+    /// The greatest speed of each schema that drives by hand, m/s; none until it is known.
+    limits: Vec<(&'p str, Option<f64>)>,
     missed: u64,
 }
 
@@ -123,6 +125,10 @@ pub(crate) fn message(model: &Model, driving: Vec<DrivingView>, is_last: bool) -
             .collect(),
         rows: rows(&present),
         driving,
+        limits: model
+            .teleoperators()
+            .map(|schema| (schema, model.max_speeds(schema).map(|limits| limits.fast)))
+            .collect(),
         missed: timeline.missed(),
     };
     // Text and numbers always have a form in JSON.
