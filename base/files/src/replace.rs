@@ -3,15 +3,15 @@
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
 use std::path::{Path, PathBuf};
 
 /// Readable and writable as the user's mask permits, like any new file.
 const NEW_FILE: u32 = 0o666;
 
 /// Replaces the file by what `write` writes, or creates it. The content is written beside it and is on the disk before it
-/// takes the place of the old one. The file keeps its permissions; a symbolic link stays one. What is no regular file,
-/// such as a pipe or a terminal, is written in place. Waits for the disk.
+/// takes the place of the old one. The file keeps its permissions, and its owner if this user may give files away; a
+/// symbolic link stays one. What is no regular file, such as a pipe or a terminal, is written in place. Waits for the disk.
 ///
 /// # Errors
 /// What `write` returns, or the new file cannot be created, synced or renamed. The old content is there then, and nothing
@@ -38,6 +38,9 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
         .permissions(Permissions::from_mode(NEW_FILE))
         .tempfile_in(&folder)?;
     if let Some(old) = old {
+        // An administrator's tool must not take the file from its user; another user may not give files away, and owns the
+        // new one. Before the permissions, because a change of the owner may clear some.
+        let _ = fchown(file.as_file(), Some(old.uid()), Some(old.gid()));
         file.as_file().set_permissions(old.permissions())?;
     }
     write(file.as_file_mut())?;
@@ -50,7 +53,7 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
 #[cfg(test)]
 mod tests {
     use std::io::Write;
-    use std::os::unix::fs::symlink;
+    use std::os::unix::fs::{chown, symlink};
 
     use super::*;
 
@@ -91,6 +94,21 @@ mod tests {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"2");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+
+    #[test]
+    fn an_administrator_leaves_a_file_to_its_owner() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        fs::write(&path, "1").unwrap();
+        fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
+        // Only an administrator may give a file away; any other user keeps it.
+        let _ = chown(&path, Some(1), Some(1));
+        let old = fs::metadata(&path).unwrap();
+        replace(&path, |file| file.write_all(b"2")).unwrap();
+        let new = fs::metadata(&path).unwrap();
+        assert_eq!((new.uid(), new.gid()), (old.uid(), old.gid()));
+        assert_eq!(new.mode() & 0o777, 0o640);
     }
 
     #[test]
