@@ -166,12 +166,11 @@ impl Tuning {
             return Some(Value::Float(period as f64 / 1e9));
         }
         if !self.choices.is_empty() {
-            let choice = old.get_ref().as_str();
-            let number = self
-                .choices
-                .iter()
-                .position(|known| Some(known.as_str()) == choice);
-            return Some(Value::Int(number.map_or(-1, |number| number as i64)));
+            let choice = old.get_ref().as_str().unwrap_or_default();
+            let number = self.choices.iter().position(|known| known == choice);
+            // The name of no choice is the same as no number.
+            let unknown = || Value::Text(choice.to_owned());
+            return Some(number.map_or_else(unknown, |number| Value::UInt(number as u64)));
         }
         let target = ValueTarget {
             name: self.name.clone(),
@@ -258,17 +257,9 @@ impl Tuning {
                 let path = path.filter(|_| is_path(&self.unit, text)).and_then(Path::to_str);
                 toml::Value::from(path.unwrap_or(text)).to_string()
             }
-            number @ (Value::Int(_) | Value::UInt(_) | Value::Float(_)) => {
-                let number = number.as_number().unwrap_or_default();
-                let choice = self
-                    .choices
-                    .get(number as usize)
-                    .map(|choice| toml::Value::from(choice.as_str()).to_string());
-                choice.unwrap_or_else(|| match only(value) {
-                    Value::Float(_) => self.quantity(number, before),
-                    _ => number.to_string(),
-                })
-            }
+            Value::Int(number) => self.whole(i128::from(*number)),
+            Value::UInt(number) => self.whole(i128::from(*number)),
+            Value::Float(number) => self.quantity(*number, before),
             Value::List(list) => {
                 let list: Vec<_> = list.iter().map(|value| self.literal(source, value, "")).collect();
                 format!("[{}]", list.join(", "))
@@ -280,6 +271,15 @@ impl Tuning {
                     .collect();
                 format!("[{}]", fields.join(", "))
             }
+        }
+    }
+
+    /// A whole number, or the name of a choice.
+    fn whole(&self, number: i128) -> String {
+        let index = usize::try_from(number).ok();
+        match index.and_then(|index| self.choices.get(index)) {
+            Some(choice) => toml::Value::from(choice.as_str()).to_string(),
+            None => number.to_string(),
         }
     }
 

@@ -2,10 +2,11 @@
 
 use jde_board::value::Value;
 
-/// The greatest difference between equal numbers, as a share of them: more than conversions of units and JSON cause.
-const ROUNDING: f64 = 1e-9;
+/// The greatest difference between equal floats, as a share of them: a modulation may have 32 bits. Conversions of units and
+/// JSON cause less.
+const ROUNDING: f64 = f32::EPSILON as f64;
 
-/// Whether two values are the same but for rounding. A structure with one field is that field; fields that only one of the
+/// Whether two values are the same but for the rounding of floats. A structure with one field is that field; fields that only one of the
 /// two has do not count.
 #[must_use]
 pub fn is_same(one: &Value, other: &Value) -> bool {
@@ -17,11 +18,21 @@ pub fn is_same(one: &Value, other: &Value) -> bool {
         (Value::List(one), Value::List(other)) => {
             one.len() == other.len() && one.iter().zip(other).all(|(one, other)| is_same(one, other))
         }
-        (one, other) => match (one.as_number(), other.as_number()) {
-            (Some(one), Some(other)) => (one - other).abs() <= ROUNDING * one.abs().max(other.abs()),
-            (Some(_), None) | (None, Some(_)) => false,
-            (None, None) => one == other,
+        (one, other) => match (whole(one).zip(whole(other)), one.as_number(), other.as_number()) {
+            (Some((one, other)), _, _) => one == other,
+            (None, Some(one), Some(other)) => (one - other).abs() <= ROUNDING * one.abs().max(other.abs()),
+            (None, Some(_), None) | (None, None, Some(_)) => false,
+            (None, None, None) => one == other,
         },
+    }
+}
+
+/// A whole number of any type.
+fn whole(value: &Value) -> Option<i128> {
+    match value {
+        Value::Int(number) => Some(i128::from(*number)),
+        Value::UInt(number) => Some(i128::from(*number)),
+        Value::Bool(_) | Value::Float(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => None,
     }
 }
 

@@ -114,6 +114,47 @@ fn structures_and_choices_are_written_as_they_are_there() {
 }
 
 #[test]
+fn a_float_of_32_bits_is_the_same_as_in_the_file() {
+    let text = "[schemas.goon]\ntype = \"goon\"\nfast = 0.3\n";
+    let fast = tuning("fast", "m/s", f64::from(0.3_f32), f64::from(0.4_f32));
+    assert!(saved(text, &[fast]).unwrap().ends_with("\nfast = 0.4\n"));
+}
+
+#[test]
+fn whole_numbers_are_compared_and_written_exactly() {
+    let count = |before: Value, now: Value| Tuning {
+        value_type: u64::describe(),
+        before: Some(before),
+        now,
+        ..tuning("count", "", 0.0, 0.0)
+    };
+    let text = "[schemas.goon]\ntype = \"goon\"\ncount = 4000000000\n";
+    let one_more = count(Value::Int(4_000_000_000), Value::UInt(4_000_000_001));
+    assert!(
+        saved(text, &[one_more])
+            .unwrap()
+            .ends_with("\ncount = 4000000001\n")
+    );
+    let large = count(Value::Int(4_000_000_000), Value::UInt(9_007_199_254_740_993));
+    assert!(
+        saved(text, &[large])
+            .unwrap()
+            .ends_with("\ncount = 9007199254740993\n")
+    );
+    let other = count(Value::Int(4_000_000_002), Value::UInt(1));
+    assert!(saved(text, &[other]).unwrap_err().contains("was changed here"));
+    // The name of no choice is not the first one.
+    let mode = Tuning {
+        choices: vec!["wall".to_owned(), "follow".to_owned()],
+        before: Some(Value::UInt(0)),
+        now: Value::UInt(1),
+        ..tuning("mode", "", 0.0, 0.0)
+    };
+    let text = "[schemas.goon]\ntype = \"goon\"\nmode = \"walls\"\n";
+    assert!(saved(text, &[mode]).unwrap_err().contains("was changed here"));
+}
+
+#[test]
 fn what_somebody_changed_meanwhile_is_not_overwritten() {
     let text = "[schemas.goon]\ntype = \"goon\"\nfast = 0.7\n";
     let error = saved(text, &[tuning("fast", "m/s", 0.3, 0.5)]).unwrap_err();
