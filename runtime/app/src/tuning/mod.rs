@@ -20,7 +20,7 @@ use super::units::{quantity, split};
 use super::values::{ValueTarget, is_path};
 
 pub use same::is_same;
-use same::only;
+use same::{has_field, only};
 
 /// The kind of the file, in messages.
 const KIND: &str = "an application file";
@@ -71,7 +71,7 @@ struct Source<'s> {
 ///
 /// # Errors
 /// All reasons: the file cannot be read or written, is no application file, does not have a schema, or states a value that
-/// is neither the one before nor the one to write. Nothing is written then.
+/// is neither the one before nor the one to write; or its form does not permit the edit. Nothing is written then.
 pub fn save(file: &Path, tunings: &[Tuning]) -> Result<Vec<String>, Faults> {
     let text = read(file, KIND)?;
     let mut report = FaultReport::new(file, &text);
@@ -81,20 +81,24 @@ pub fn save(file: &Path, tunings: &[Tuning]) -> Result<Vec<String>, Faults> {
     }
     let folder = file.parent().unwrap_or(Path::new(""));
     let source = Source { text: &text, folder };
-    let mut edits = Vec::new();
-    if let Some(document) = parse(&mut report, &text) {
-        let schemas = document.get_ref().get("schemas");
-        let schemas = schemas.and_then(|schemas| schemas.get_ref().as_table());
-        for tuning in tunings {
-            let node = schemas.and_then(|schemas| schemas.get(tuning.schema.as_str()));
-            edits.extend(tuning.edits(&mut report, &source, node));
-        }
-    }
+    let edits = source.edits(&mut report, tunings);
     report.finish()?;
-    edits.sort_by_key(|edit| edit.place.start);
     let mut edited = text.clone();
     for edit in edits.iter().rev() {
         edited.replace_range(edit.place.clone(), &edit.text);
+    }
+    let lines: Vec<_> = edits.into_iter().map(|edit| edit.line).collect();
+    // Whatever form the file has, only what states the values takes its place.
+    let mut report = FaultReport::new(file, &edited);
+    let source = Source {
+        text: &edited,
+        folder,
+    };
+    if !source.edits(&mut report, tunings).is_empty() || report.count() > 0 {
+        let mut report = FaultReport::new(file, "");
+        let fault = report.file_fault("its form does not permit this edit, so nothing is written");
+        fault.advise(format!("write the values yourself: {}", lines.join(", ")));
+        return Err(report.into_faults());
     }
     if read(file, KIND)? != text {
         return Err(of_file(
@@ -104,13 +108,30 @@ pub fn save(file: &Path, tunings: &[Tuning]) -> Result<Vec<String>, Faults> {
     }
     jde_files::replace(file, |output| output.write_all(edited.as_bytes()))
         .map_err(|error| of_file(file, &format!("it cannot be written: {error}")))?;
-    Ok(edits.into_iter().map(|edit| edit.line).collect())
+    Ok(lines)
 }
 
 fn of_file(file: &Path, message: &str) -> Faults {
     let mut report = FaultReport::new(file, "");
     report.file_fault(message);
     report.into_faults()
+}
+
+impl Source<'_> {
+    /// Returns the edits that state all values, in the order of their places.
+    fn edits(&self, report: &mut FaultReport, tunings: &[Tuning]) -> Vec<Edit> {
+        let mut edits = Vec::new();
+        if let Some(document) = parse(report, self.text) {
+            let schemas = document.get_ref().get("schemas");
+            let schemas = schemas.and_then(|schemas| schemas.get_ref().as_table());
+            for tuning in tunings {
+                let node = schemas.and_then(|schemas| schemas.get(tuning.schema.as_str()));
+                edits.extend(tuning.edits(report, self, node));
+            }
+        }
+        edits.sort_by_key(|edit| edit.place.start);
+        edits
+    }
 }
 
 impl Tuning {
@@ -191,7 +212,14 @@ impl Tuning {
     ) -> Vec<Edit> {
         let span = old.span();
         let before = &source.text[span.clone()];
-        let (Some(table), Value::Map(fields)) = (old.get_ref().as_table(), now) else {
+        // The value of a type with one field is that field, which the file may state by its name.
+        let table = old.get_ref().as_table();
+        if let Some((key, inner)) = table.and_then(|table| table.iter().next())
+            && !has_field(now, key.get_ref())
+        {
+            return self.replacements(report, source, (name, inner), now);
+        }
+        let (Some(table), Value::Map(fields)) = (table, now) else {
             let text = self.literal(source, now, before);
             return vec![Edit {
                 line: format!("{}.{name} = {text}", self.schema),

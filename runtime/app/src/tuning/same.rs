@@ -6,8 +6,8 @@ use jde_board::value::Value;
 /// JSON cause less.
 const ROUNDING: f64 = f32::EPSILON as f64;
 
-/// Whether two values are the same but for the rounding of floats. A structure with one field is that field; fields that only one of the
-/// two has do not count.
+/// Whether two values are the same but for the rounding of floats. A structure with one field is that field; fields that
+/// only one of the two has do not count.
 #[must_use]
 pub fn is_same(one: &Value, other: &Value) -> bool {
     match (only(one), only(other)) {
@@ -44,4 +44,17 @@ pub(super) fn only(mut value: &Value) -> &Value {
         value = field;
     }
     value
+}
+
+/// Whether a value is a structure with this field.
+pub(super) fn has_field(value: &Value, field: &str) -> bool {
+    match value {
+        Value::Map(fields) => fields.iter().any(|(name, _)| name == field),
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::UInt(_)
+        | Value::Float(_)
+        | Value::Text(_)
+        | Value::List(_) => false,
+    }
 }

@@ -114,6 +114,31 @@ fn structures_and_choices_are_written_as_they_are_there() {
 }
 
 #[test]
+fn a_value_with_one_field_is_written_where_the_field_is_named() {
+    let fast = [tuning("fast", "m/s", 0.3, 0.5)];
+    let field = f64::describe().fields[0].name.clone();
+    for old in [
+        format!("[schemas.goon]\ntype = \"goon\"\nfast.{field} = 0.3 # it\n"),
+        format!("[schemas.goon]\ntype = \"goon\"\nfast = {{ {field} = 0.3 }}\n"),
+        format!("[schemas.goon]\ntype = \"goon\"\n\n[schemas.goon.fast]\n{field} = 0.3\n"),
+    ] {
+        assert_eq!(saved(&old, &fast).unwrap(), old.replace("0.3", "0.5"));
+    }
+}
+
+#[test]
+fn a_file_whose_form_does_not_permit_the_edit_stays() {
+    let error = saved(
+        "schemas = { goon.type = \"goon\" }\n",
+        &[tuning("fast", "m/s", 0.3, 0.5)],
+    )
+    .unwrap_err();
+    for part in ["its form does not permit this edit", "goon.fast = 0.5"] {
+        assert!(error.contains(part), "{part} in {error}");
+    }
+}
+
+#[test]
 fn a_float_of_32_bits_is_the_same_as_in_the_file() {
     let text = "[schemas.goon]\ntype = \"goon\"\nfast = 0.3\n";
     let fast = tuning("fast", "m/s", f64::from(0.3_f32), f64::from(0.4_f32));
