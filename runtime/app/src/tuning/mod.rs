@@ -6,7 +6,7 @@ mod same;
 mod tests;
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Read, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -24,6 +24,8 @@ use same::{has_field, only};
 
 /// The kind of the file, in messages.
 const KIND: &str = "an application file";
+/// The byte order mark, with which some editors begin a file.
+const MARK: &str = "\u{feff}";
 /// The key of a schema's period, which is a modulation of every schema.
 const PERIOD: &str = "period";
 /// The key that every schema has.
@@ -106,9 +108,23 @@ pub fn save(file: &Path, tunings: &[Tuning]) -> Result<Vec<String>, Faults> {
             "it changed while it was edited, so nothing is written; save again",
         ));
     }
-    jde_files::replace(file, |output| output.write_all(edited.as_bytes()))
-        .map_err(|error| of_file(file, &format!("it cannot be written: {error}")))?;
+    let written = has_mark(file).and_then(|has_mark| {
+        if has_mark {
+            edited.insert_str(0, MARK);
+        }
+        jde_files::replace(file, |output| output.write_all(edited.as_bytes()))
+    });
+    written.map_err(|error| of_file(file, &format!("it cannot be written: {error}")))?;
     Ok(lines)
+}
+
+/// Whether a file begins with a byte order mark, which [`read`] leaves out.
+fn has_mark(file: &Path) -> io::Result<bool> {
+    let mut start = Vec::new();
+    fs::File::open(file)?
+        .take(MARK.len() as u64)
+        .read_to_end(&mut start)?;
+    Ok(start == MARK.as_bytes())
 }
 
 fn of_file(file: &Path, message: &str) -> Faults {
@@ -269,9 +285,15 @@ impl Tuning {
             .map_or(text.len(), |length| end + length);
         // The table before a dotted key, such as `goon.type`.
         let begin = text[..key.span.start].rfind('\n').map_or(0, |end| end + 1);
+        // The last line may have no ending, and then has that of the line before.
+        let has_return = match &text[end..] {
+            "" => text[..begin].ends_with("\r\n"),
+            rest => rest.starts_with("\r\n"),
+        };
+        let ending = if has_return { "\r\n" } else { "\n" };
         Some(Edit {
             place: end..end,
-            text: format!("\n{}{pair}", &text[begin..key.span.start]),
+            text: format!("{ending}{}{pair}", &text[begin..key.span.start]),
             line,
         })
     }

@@ -127,6 +127,27 @@ fn a_value_with_one_field_is_written_where_the_field_is_named() {
 }
 
 #[test]
+fn a_byte_order_mark_and_the_endings_of_lines_stay() {
+    let fast = [tuning("fast", "m/s", 0.3, 0.5)];
+    for (text, expected) in [
+        (
+            "\u{feff}[schemas.goon]\r\ntype = \"goon\"\r\nfast = 0.3\r\n",
+            "\u{feff}[schemas.goon]\r\ntype = \"goon\"\r\nfast = 0.5\r\n",
+        ),
+        (
+            "[schemas.goon]\r\ntype = \"goon\"\r\nslow = 1\r\n",
+            "[schemas.goon]\r\ntype = \"goon\"\r\nfast = 0.5\r\nslow = 1\r\n",
+        ),
+        (
+            "[schemas.goon]\r\ntype = \"goon\"",
+            "[schemas.goon]\r\ntype = \"goon\"\r\nfast = 0.5",
+        ),
+    ] {
+        assert_eq!(saved(text, &fast).unwrap(), expected);
+    }
+}
+
+#[test]
 fn a_file_whose_form_does_not_permit_the_edit_stays() {
     let error = saved(
         "schemas = { goon.type = \"goon\" }\n",
