@@ -1,14 +1,15 @@
 //! Modulations that differ from the application's file, for every tool: which ones, how to set one back, and how to write
 //! them to the file. What a father modulates is no difference. It writes only files of this machine.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::Path;
 
 use jde_app::Faults;
 use jde_app::tuning::{self, Tuning, is_same};
 use jde_board::value::Value;
 
-use crate::message::{About, Action, Schemas, VariableInfo};
-use crate::{Sample, value, whoami};
+use crate::message::{Action, Schemas, VariableInfo};
+use crate::{Remote, Sample, value, whoami};
 
 /// The key of a schema's period, which has an action of its own.
 const PERIOD: &str = "period";
@@ -67,6 +68,16 @@ pub enum NotSaved {
         /// The machine.
         host: String,
     },
+    /// The folder in which the application was started is not known, and its file is stated relative to it.
+    #[error("the folder of {file} is not known, because {link} cannot be read: {error}")]
+    Folder {
+        /// The file.
+        file: String,
+        /// The link to the folder.
+        link: String,
+        /// Why it cannot be read.
+        error: io::Error,
+    },
     /// The type of a modulation cannot be read.
     #[error("the type of {0}")]
     Type(String),
@@ -81,20 +92,30 @@ pub enum NotSaved {
 /// # Errors
 /// [`NotSaved`]; then nothing is written.
 pub fn save(
-    about: &About,
+    remote: &Remote,
     schemas: &Schemas,
     tuned: &[Tuned],
     overwrite: bool,
 ) -> Result<Vec<String>, NotSaved> {
-    if about.host != whoami::host() {
+    let about = remote.about();
+    // Two machines may have one name, and a container of this machine has other files.
+    if !remote.is_local() || about.host != whoami::host() {
         return Err(NotSaved::Elsewhere {
             file: about.file.clone(),
             host: about.host.clone(),
         });
     }
-    // A relative path starts where the application was started.
-    let folder = std::fs::read_link(format!("/proc/{}/cwd", about.pid));
-    let file = folder.unwrap_or_default().join(PathBuf::from(&about.file));
+    let mut file = Path::new(&about.file).to_owned();
+    if file.is_relative() {
+        // It starts where the application was started.
+        let link = format!("/proc/{}/cwd", about.pid);
+        let folder = std::fs::read_link(&link).map_err(|error| NotSaved::Folder {
+            file: about.file.clone(),
+            link,
+            error,
+        })?;
+        file = folder.join(file);
+    }
     let tunings = tuned.iter().map(|tuned| tuning_of(tuned, schemas, overwrite));
     let tunings = tunings.collect::<Result<Vec<_>, _>>()?;
     tuning::save(&file, &tunings).map_err(NotSaved::File)

@@ -93,7 +93,13 @@ impl Remote {
     /// Whether the application lets this client operate: on its own machine always, across a network as it states.
     #[must_use]
     pub fn may_operate(&self) -> bool {
-        self.inner.connection.is_private() || self.inner.about.network == Network::Operate
+        self.is_local() || self.inner.about.network == Network::Operate
+    }
+
+    /// Whether the application was found on this machine, and not across a network.
+    #[must_use]
+    pub fn is_local(&self) -> bool {
+        self.inner.connection.is_private()
     }
 
     /// Whether the application is reachable.

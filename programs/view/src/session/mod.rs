@@ -413,7 +413,6 @@ impl WindowSession {
     }
 
     /// The link to the application. Its calls wait: not for the window's thread.
-    #[cfg(test)]
     pub(crate) fn remote(&self) -> &Remote {
         &self.remote
     }

@@ -132,12 +132,12 @@ impl TunedList {
     /// Begins to write values to the file, on a thread of its own, since it waits for the disk.
     fn save(&mut self, ctx: &egui::Context, session: &WindowSession, all: Vec<Tuned>) {
         let (done, saved) = channel();
-        let (about, schemas) = (session.about().clone(), session.schemas().clone());
+        let (remote, schemas) = (session.remote().clone(), session.schemas().clone());
         let (repaint, tuned) = (ctx.clone(), all.clone());
         let worker = move || {
             // The receiver may be gone with the window.
             let _ =
-                done.send(tuned::save(&about, &schemas, &tuned, false).map_err(|reason| reason.to_string()));
+                done.send(tuned::save(&remote, &schemas, &tuned, false).map_err(|reason| reason.to_string()));
             repaint.request_repaint();
         };
         match thread::Builder::new().name("view-save".to_owned()).spawn(worker) {

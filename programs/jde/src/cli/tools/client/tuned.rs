@@ -65,7 +65,8 @@ impl TunedArgs {
         if tuned.is_empty() {
             writeln!(out, "no modulation differs from {}", about.file)?;
         } else if self.save {
-            let written = tuned::save(about, &remote.schemas()?, &tuned, self.overwrite).map_err(failure)?;
+            let written =
+                tuned::save(&remote, &remote.schemas()?, &tuned, self.overwrite).map_err(failure)?;
             match written.as_slice() {
                 [] => writeln!(out, "{} has these values already", about.file)?,
                 _ => writeln!(out, "{GOOD}saved in {}{GOOD:#}", about.file)?,
@@ -123,7 +124,9 @@ fn differing(remote: &Remote, patterns: Vec<String>) -> Result<Vec<Tuned>, Failu
 fn failure(reason: NotSaved) -> Failure {
     match reason {
         NotSaved::File(faults) => Failure::faults(faults),
-        NotSaved::Elsewhere { .. } | NotSaved::Type(_) => Failure::broken(reason.to_string()),
+        NotSaved::Elsewhere { .. } | NotSaved::Folder { .. } | NotSaved::Type(_) => {
+            Failure::broken(reason.to_string())
+        }
     }
 }
 
