@@ -16,33 +16,48 @@ const PERIOD: &str = "period";
 /// How values of operators are marked; those of the start have no writer.
 const OPERATOR: &str = "operator";
 
-/// A modulation that differs from the application's file.
+/// A modulation whose value differs from the application's file as it was when the run began, or was set back to that.
 #[derive(Clone, Debug)]
 pub struct Tuned {
     /// The modulation.
     pub info: VariableInfo,
-    /// What the file states, or the default of the type.
+    /// What the file stated when the run began, or the default of the type.
     pub file: Value,
     /// What holds now.
     pub now: Value,
 }
 
 impl Tuned {
-    /// Compares the newest value of a variable with what the file states. `None` if they are the same, if the variable is no
-    /// modulation, or if a schema has written it.
+    /// Compares the newest value of a variable with what the file stated when the run began. `None` if they are the same, if
+    /// the variable is no modulation, or if a schema has written it.
     #[must_use]
     pub fn of(info: &VariableInfo, newest: &Sample) -> Option<Self> {
+        Self::by_hand(info, newest).filter(|tuned| !tuned.is_back())
+    }
+
+    /// As [`of`](Self::of), and also what an operator has set back: the file may state another value now.
+    #[must_use]
+    pub fn with_back(info: &VariableInfo, newest: &Sample) -> Option<Self> {
+        Self::by_hand(info, newest).filter(|tuned| newest.writer == OPERATOR || !tuned.is_back())
+    }
+
+    fn by_hand(info: &VariableInfo, newest: &Sample) -> Option<Self> {
         let file = value::from_json(info.stated.as_ref()?).ok()?;
         let now = newest.value()?.into_only_field_of(&newest.value_type);
         let by_hand = newest.writer.is_empty() || newest.writer == OPERATOR;
-        (by_hand && !is_same(&file, &now)).then(|| Self {
+        by_hand.then(|| Self {
             info: info.clone(),
             file: file.into_only_field_of(&newest.value_type),
             now,
         })
     }
 
-    /// The action of an operator that sets it back to the file's value.
+    /// Whether the value of the run's start holds.
+    fn is_back(&self) -> bool {
+        is_same(&self.file, &self.now)
+    }
+
+    /// The action of an operator that sets it back to the value of the run's start.
     #[must_use]
     pub fn back(&self) -> Action {
         let schema = self.info.owner.clone();
@@ -137,5 +152,6 @@ fn tuning_of(tuned: &Tuned, schemas: &Schemas, overwrite: bool) -> Result<Tuning
         choices: info.range.choices.clone(),
         before: (!overwrite).then(|| tuned.file.clone()),
         now: tuned.now.clone(),
+        is_back: tuned.is_back(),
     })
 }

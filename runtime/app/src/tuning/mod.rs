@@ -52,6 +52,8 @@ pub struct Tuning {
     pub before: Option<Value>,
     /// The value to write.
     pub now: Value,
+    /// Whether this is the value of the run's start again, which a file that does not state it has already.
+    pub is_back: bool,
 }
 
 /// A piece of a file and what takes its place.
@@ -169,6 +171,9 @@ impl Tuning {
             .flatten()
             .find_map(|name| Some((name, section.get(name)?)));
         let Some((name, old)) = stated else {
+            if self.is_back {
+                return Vec::new();
+            }
             return self.addition(report, source, &section).into_iter().collect();
         };
         match self.stated(report, source, &section, old) {

@@ -16,6 +16,7 @@ fn tuning(name: &str, unit: &str, before: f64, now: f64) -> Tuning {
         choices: Vec::new(),
         before: Some(Value::Float(before)),
         now: Value::Float(now),
+        is_back: false,
     }
 }
 
@@ -226,6 +227,23 @@ fn what_somebody_changed_meanwhile_is_not_overwritten() {
     assert!(error.contains("it has no schema `goon`"), "{error}");
     let error = saved("[schemas.goon\n", &[tuning("fast", "m/s", 0.3, 0.5)]).unwrap_err();
     assert!(error.contains("this is not TOML"), "{error}");
+}
+
+#[test]
+fn a_value_of_the_start_is_compared_with_the_file_of_now() {
+    let back = Tuning {
+        is_back: true,
+        ..tuning("fast", "m/s", 0.4, 0.4)
+    };
+    for same in ["", "fast = 0.4\n"] {
+        let text = format!("[schemas.goon]\ntype = \"goon\"\n{same}");
+        assert_eq!(saved(&text, std::slice::from_ref(&back)).unwrap(), text);
+    }
+    let text = "[schemas.goon]\ntype = \"goon\"\nfast = 0.3\n";
+    let error = saved(text, std::slice::from_ref(&back)).unwrap_err();
+    assert!(error.contains("was changed here since the run began"), "{error}");
+    let overwritten = Tuning { before: None, ..back };
+    assert!(saved(text, &[overwritten]).unwrap().ends_with("fast = 0.4\n"));
 }
 
 #[test]

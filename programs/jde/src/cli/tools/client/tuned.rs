@@ -20,7 +20,8 @@ use crate::remote::table::{Alignment, Cell, Table};
 
 /// List the modulations that differ from the application's file, write them to it, or set them back.
 ///
-/// What a father modulates is not listed. Written values take the place of the old ones, in their units; comments stay.
+/// They are compared with the file as it was when the run began. What a father modulates is not listed. Written values
+/// take the place of the old ones, in their units; comments stay.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde tuned
@@ -38,7 +39,7 @@ pub(crate) struct TunedArgs {
     /// Write them also over what was changed in the file since the run began.
     #[arg(long, requires = "save")]
     overwrite: bool,
-    /// Set the values back to those of the application's file.
+    /// Set the values back to those of the application's file when the run began.
     #[arg(long, conflicts_with = "save")]
     back: bool,
     /// Print one line of JSON.
@@ -49,7 +50,7 @@ pub(crate) struct TunedArgs {
 impl TunedArgs {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let (remote, patterns) = context.resolve_all(&self.target, &self.patterns)?;
-        let (about, tuned) = (remote.about(), differing(&remote, patterns)?);
+        let (about, tuned) = (remote.about(), differing(&remote, patterns, self.save)?);
         let mut out = terminal::out();
         if self.json {
             let one = |tuned: &Tuned| {
@@ -63,7 +64,8 @@ impl TunedArgs {
             return Ok(print_json(&tuned.iter().map(one).collect::<Vec<_>>())?);
         }
         if tuned.is_empty() {
-            writeln!(out, "no modulation differs from {}", about.file)?;
+            let stated = format!("what {} stated when the run began", about.file);
+            writeln!(out, "no modulation differs from {stated}")?;
         } else if self.save {
             let written =
                 tuned::save(&remote, &remote.schemas()?, &tuned, self.overwrite).map_err(failure)?;
@@ -84,7 +86,7 @@ impl TunedArgs {
                 writeln!(out, "{} is {} again", tuned.info.name, shown(tuned, &tuned.file)?)?;
             }
         } else {
-            let titles = ["modulation", "file", "now"].map(|title| (title, Alignment::Left));
+            let titles = ["modulation", "at the start", "now"].map(|title| (title, Alignment::Left));
             let mut table = Table::new(titles);
             for tuned in &tuned {
                 table.add_row([
@@ -102,14 +104,19 @@ impl TunedArgs {
     }
 }
 
-/// Asks for the values of all modulations that match, and compares them with the file.
-fn differing(remote: &Remote, patterns: Vec<String>) -> Result<Vec<Tuned>, Failure> {
+/// Asks for the values of all modulations that match, and compares them with the file as it was when the run began.
+/// With `with_back`, also returns what was set back, for a comparison with the file of now.
+fn differing(remote: &Remote, patterns: Vec<String>, with_back: bool) -> Result<Vec<Tuned>, Failure> {
+    let compare = match with_back {
+        true => Tuned::with_back,
+        false => Tuned::of,
+    };
     let mut tuned = Vec::new();
     let mut are_stated = false;
     for variable in select(remote, patterns)? {
         if variable.stated.is_some() {
             are_stated = true;
-            tuned.extend(Tuned::of(&variable, &remote.get(&variable.name)?));
+            tuned.extend(compare(&variable, &remote.get(&variable.name)?));
         }
     }
     match are_stated {
