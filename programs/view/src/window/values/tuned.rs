@@ -114,7 +114,8 @@ impl TunedList {
         let Some(tuned) = self.compare(info, sample) else {
             return;
         };
-        let number = tuned.file.as_number().map(|number| number as usize);
+        let number = tuned.file.as_number().filter(|number| *number >= 0.0);
+        let number = number.map(|number| number as usize);
         let choice = number.and_then(|number| info.range.choices.get(number));
         let file = choice.cloned();
         let file = file.unwrap_or_else(|| cell::line(&tuned.file, &info.unit, style));
