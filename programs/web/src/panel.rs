@@ -238,7 +238,7 @@ mod tests {
             .as_array()
             .unwrap();
         assert!(kept.len() <= MAX_POINTS + 1, "{}", kept.len());
-        assert_eq!(kept[1], json!([33.333, 0.0]));
+        assert_eq!(kept[1], json!([53.333, 0.0]));
         assert_eq!(view["items"][1]["image"]["pixels"], "BwcH");
     }
 

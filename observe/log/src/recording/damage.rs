@@ -4,6 +4,9 @@ use std::fmt;
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
+/// The beginning of what is wrong with a file that grows still, and with no other one that is being written.
+pub(super) const CUT_OFF: &str = "it was cut off";
+
 /// Where a recording ends too early.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {

@@ -156,7 +156,7 @@ impl Messages {
                             "there is no chunk here, although the index refers to one".to_owned(),
                         ));
                     }
-                    None => return Err(damaged(super::CUT_OFF.to_owned())),
+                    None => return Err(damaged(super::damage::CUT_OFF.to_owned())),
                 }
                 .map_err(|error| scan::error_text(&error).into())
             }

@@ -27,15 +27,13 @@ use crate::part::{self, BEGINS, BYTE, Found, GAP, Gap, Mark, PART};
 pub use channel::Channel;
 use channel::Channels;
 pub use damage::Damage;
-use damage::is_being_written;
+use damage::{CUT_OFF, is_being_written};
 pub use messages::Messages;
 pub(crate) use source::is_of_bag;
 use source::{Form, Source};
 
 /// The name of the metadata with the number of values lost during recording, by topic.
 const LOST: &str = "jde/lost";
-/// The beginning of what is wrong with a file that grows still, and with no other one that is being written.
-const CUT_OFF: &str = "it was cut off";
 /// The largest record of a file, packed or not, in bytes. The whole record is in memory at once, and recorders fill chunks of
 /// a few megabytes.
 const MAX_RECORD: usize = 128 << 20;

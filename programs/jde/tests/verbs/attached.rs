@@ -106,8 +106,7 @@ impl Sandbox {
 
     /// Runs a verb with `--json`, and parses the last line of its output.
     pub(crate) fn json(&self, args: &[&str]) -> Value {
-        let mut all = args.to_vec();
-        all.push("--json");
+        let all = [args, &["--json"]].concat();
         serde_json::from_str(self.run_ok(&all).lines().last().expect("a line")).expect("JSON")
     }
 

@@ -219,7 +219,11 @@ fn a_replay_reports_why_a_recording_cannot_be_replayed() {
 
     let none = replay("nowhere.mcap", &[]);
     assert_eq!(none.status, Some(2), "{}", none.err);
-    assert!(none.err.contains("nowhere.mcap: there is no such file"), "{}", none.err);
+    assert!(
+        none.err.contains("nowhere.mcap: there is no such file"),
+        "{}",
+        none.err
+    );
 
     let text = folder.path().join("text.mcap");
     fs::write(&text, "no recording").unwrap();
