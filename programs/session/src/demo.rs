@@ -80,7 +80,9 @@ impl Demo {
         } else {
             STATUS_INTERVAL
         };
-        fs::create_dir_all(&self.out).map_err(Failure::file(&self.out))?;
+        let above = self.out.parent().unwrap_or(Path::new(""));
+        let created = fs::create_dir_all(above).and_then(|()| jde_files::create_folder(&self.out));
+        created.map_err(Failure::file(&self.out))?;
         let options = RunOptions {
             lockstep: self.time.lockstep,
             limit: Some(MISSION_LIMIT),
