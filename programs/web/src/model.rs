@@ -66,6 +66,17 @@ pub(crate) struct MaxSpeeds {
     pub(crate) turn: f64,
 }
 
+impl Present {
+    /// Returns the greatest speeds of somebody who drives by hand; `None` until they are known.
+    pub(crate) fn max_speeds(&self, schema: &str) -> Option<MaxSpeeds> {
+        let limit = |name: &str| self.limits.get(&format!("{schema}.{name}")).copied();
+        Some(MaxSpeeds {
+            fast: limit("fast")?,
+            turn: limit("turn")?.max(0.0),
+        })
+    }
+}
+
 impl Model {
     /// Subscribes to an application.
     ///
@@ -155,12 +166,7 @@ impl Model {
 
     /// Returns the greatest speeds of somebody who drives by hand; `None` until they are known.
     pub(crate) fn max_speeds(&self, schema: &str) -> Option<MaxSpeeds> {
-        let present = self.present();
-        let limit = |name: &str| present.limits.get(&format!("{schema}.{name}")).copied();
-        Some(MaxSpeeds {
-            fast: limit("fast")?,
-            turn: limit("turn")?.max(0.0),
-        })
+        self.present().max_speeds(schema)
     }
 
     /// Sends an order to the application, and waits for the answer: not for a thread that serves pages. Returns what others

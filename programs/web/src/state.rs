@@ -127,7 +127,7 @@ pub(crate) fn message(model: &Model, driving: Vec<DrivingView>, is_last: bool) -
         driving,
         limits: model
             .teleoperators()
-            .map(|schema| (schema, model.max_speeds(schema).map(|limits| limits.fast)))
+            .map(|schema| (schema, present.max_speeds(schema).map(|limits| limits.fast)))
             .collect(),
         missed: timeline.missed(),
     };
