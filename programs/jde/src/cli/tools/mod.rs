@@ -78,22 +78,10 @@ impl Tool {
         match self {
             Self::Replay(replay) => replay.decides(),
             Self::Client(client) => client.has_verdict(),
-            Self::Experiment(_) | Self::Test(_) | Self::Check(_) | Self::Validate(_) => true,
-            Self::Run(_)
-            | Self::Info(_)
-            | Self::Plot(_)
-            | Self::Report(_)
-            | Self::Sim(_)
-            | Self::Describe(_)
-            | Self::Plugins(_)
-            | Self::New(_)
-            | Self::Completions(_)
-            | Self::Man(_)
-            | Self::Docs(_)
-            | Self::Shell(_)
-            | Self::Mcp(_)
-            | Self::View(_)
-            | Self::Web(_) => false,
+            other => matches!(
+                other,
+                Self::Experiment(_) | Self::Test(_) | Self::Check(_) | Self::Validate(_)
+            ),
         }
     }
 
