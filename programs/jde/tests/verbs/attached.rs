@@ -83,7 +83,7 @@ impl Sandbox {
     pub(crate) fn command(&self, mut command: Command) -> Command {
         command
             .env("JDE_RUNTIME_DIR", self.folder.path().join("jde"))
-            .env("JDE_PROCESSES", self.folder.path())
+            .env("JDE_TEST_PROC", self.folder.path())
             .env("XDG_STATE_HOME", self.folder.path())
             .env("USER", "ana")
             .env_remove("JDE_APP")

@@ -31,7 +31,7 @@ const STILL: Duration = Duration::from_secs(2);
 /// The time between two trials of `--wait`.
 const POLL: Duration = Duration::from_secs(1);
 /// The variable of the environment with another folder than /proc. Only tests set it, because other tests run beside them.
-const PROCESSES: &str = "JDE_PROCESSES";
+const PROCESSES: &str = "JDE_TEST_PROC";
 /// The verbs that run an application.
 const RUNNING_VERBS: [&str; 2] = ["run", "demo"];
 
