@@ -1020,7 +1020,8 @@ struct jde_problems {
     jde_found *found;
     /**
      * Adds a problem of the modulation `port`: what is wrong and what to do, as `length` bytes of UTF-8,
-     * which are copied. `kind` is JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE. JDE_BAD_ARGUMENT for
+     * which are copied. `kind` is JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE. An export that is unavailable never
+     * has a value, and `jde check` warns of what imports it. JDE_BAD_ARGUMENT for
      * another kind, a null text, and beyond JDE_PROBLEMS_MOST.
      */
     int32_t (*add)(jde_found *, uint32_t kind, uint32_t port, const char *text, uint64_t length);

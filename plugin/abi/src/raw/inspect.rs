@@ -53,7 +53,8 @@ pub struct Problems {
     /// The first argument of the function below.
     pub found: *mut Found,
     /// Adds a problem of the modulation `port`: what is wrong and what to do, as `length` bytes of UTF-8,
-    /// which are copied. `kind` is [`PROBLEM_WRONG`] or [`PROBLEM_UNAVAILABLE`]. [`super::BAD_ARGUMENT`] for
+    /// which are copied. `kind` is [`PROBLEM_WRONG`] or [`PROBLEM_UNAVAILABLE`]. An export that is unavailable never
+    /// has a value, and `jde check` warns of what imports it. [`super::BAD_ARGUMENT`] for
     /// another kind, a null text, and beyond [`PROBLEMS_MOST`].
     pub add: unsafe extern "C" fn(*mut Found, kind: u32, port: u32, text: *const c_char, length: u64) -> i32,
 }
